@@ -1,0 +1,76 @@
+use serde::{Deserialize, Serialize};
+
+/// Settings of one frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RenderSettings {
+    /// Display window in pixels: width, height.
+    pub resolution: [u32; 2],
+    /// Width of a pixel over its height.
+    pub pixel_aspect_ratio: f32,
+    /// Pixels to render; the whole display window when absent.
+    pub data_window: Option<DataWindow>,
+    /// Samples in every pixel.
+    pub samples_per_pixel: u32,
+    /// Bounces after the camera ray; 0 is emission alone.
+    pub max_depth: u32,
+    /// Makes another, equally good image.
+    pub seed: u32,
+    /// Pixel filter.
+    pub filter: FilterKind,
+    /// Filter radius in pixels; the filter's own default when absent.
+    pub filter_radius: Option<f32>,
+    /// Engine threads; 0 is one per core.
+    pub threads: u32,
+    /// Stop starting new samples this many seconds after the render call.
+    pub time_limit_secs: Option<f64>,
+    /// Names of the layers to write besides the beauty; all when empty.
+    pub aovs: Vec<String>,
+    /// Bytes of texture tiles kept in memory.
+    pub texture_memory_bytes: u64,
+    /// Which unused work is skipped; false runs the general code (tests, benchmarks).
+    pub specialize: bool,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            resolution: [640, 360],
+            pixel_aspect_ratio: 1.0,
+            data_window: None,
+            samples_per_pixel: 64,
+            max_depth: 16,
+            seed: 0,
+            filter: FilterKind::BlackmanHarris,
+            filter_radius: None,
+            threads: 0,
+            time_limit_secs: None,
+            aovs: Vec::new(),
+            texture_memory_bytes: 1 << 30,
+            specialize: true,
+        }
+    }
+}
+
+/// Pixels from `min` up to and without `max`, y down, (0, 0) at the upper left of the display
+/// window; may reach outside of it (overscan).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DataWindow {
+    /// First column and row.
+    pub min: [i32; 2],
+    /// One past the last column and row.
+    pub max: [i32; 2],
+}
+
+/// Pixel filters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FilterKind {
+    /// Constant; radius 0.5 by default.
+    Box,
+    /// Gaussian; radius 1.5 by default.
+    Gaussian,
+    /// Blackman-Harris; radius 1.5 by default, as Cycles has it.
+    BlackmanHarris,
+}

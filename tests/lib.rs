@@ -1,0 +1,1 @@
+//! Scenes and checks shared by the integration tests.

@@ -1,0 +1,1 @@
+"""Kilauea: a production renderer for USD."""

@@ -1,0 +1,157 @@
+"""What the bridge hands to the engine: one frame of a stage, flattened.
+
+These records are the whole contract between `kilauea.usd` (which fills them in) and
+`kilauea._native` (which reads their attributes). They hold no USD objects. Arrays are C-contiguous
+and are read in place through the buffer protocol: `float32` and `int32` NumPy arrays, or any other
+object with such a buffer (a `Vt` array, for one).
+
+A matrix is a tuple of 16 floats in USD's order: row vectors, rows one after the other, translation
+last.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+Matrix = tuple[float, ...]
+FloatArray = Any
+"""A C-contiguous float32 buffer."""
+IntArray = Any
+"""A C-contiguous int32 buffer."""
+
+WORLD = 0
+"""The prototype that is the stage itself; every other one is placed by `Instances`."""
+
+IDENTITY: Matrix = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+
+@dataclass(slots=True)
+class Primvar:
+    """A primvar, or the normals of a mesh."""
+
+    name: str
+    """Without the `primvars:` prefix."""
+    width: int
+    """Floats per value, 1 to 4 (elementSize times the components of the type)."""
+    interpolation: str
+    """constant, uniform, varying, vertex or faceVarying."""
+    values: FloatArray
+    """`n_values * width` floats."""
+    indices: IntArray | None = None
+    """Which value belongs to each element; in order when absent."""
+
+
+@dataclass(slots=True)
+class Subset:
+    """Faces of a mesh with a material of their own."""
+
+    faces: IntArray
+    material: int
+
+
+@dataclass(slots=True)
+class Subdivision:
+    """A mesh's subdivision attributes, named and spelt as in UsdGeomMesh."""
+
+    scheme: str
+    """catmullClark, loop or bilinear."""
+    interpolate_boundary: str
+    face_varying_linear_interpolation: str
+    triangle_subdivision_rule: str
+    crease_indices: IntArray
+    crease_lengths: IntArray
+    crease_sharpnesses: FloatArray
+    corner_indices: IntArray
+    corner_sharpnesses: FloatArray
+
+
+@dataclass(slots=True)
+class Mesh:
+    """A polygon mesh or a subdivision cage, placed in a prototype."""
+
+    path: str
+    prototype: int
+    prototype_from_mesh: Matrix
+    points: FloatArray
+    """(n, 3)."""
+    face_vertex_counts: IntArray
+    face_vertex_indices: IntArray
+    material: int
+    hole_indices: IntArray | None = None
+    left_handed: bool = False
+    """`orientation`; mirroring in the matrix is found by the engine."""
+    double_sided: bool = False
+    normals: Primvar | None = None
+    """Absent: faceted, or computed from the limit surface where subdivided."""
+    primvars: list[Primvar] = field(default_factory=list)
+    """Only those that a bound material reads."""
+    subsets: list[Subset] = field(default_factory=list)
+    subdivision: Subdivision | None = None
+
+
+@dataclass(slots=True)
+class Implicit:
+    """A sphere, cube, cylinder, cone, capsule or plane."""
+
+    path: str
+    prototype: int
+    prototype_from_mesh: Matrix
+    kind: str
+    """Sphere, Cube, Cylinder, Cone, Capsule or Plane."""
+    axis: str
+    """X, Y or Z."""
+    dimensions: tuple[float, float, float]
+    """Sphere (radius, 0, 0); Cube (size, 0, 0); Cylinder and Capsule (radius at -axis, radius at
+    +axis, height); Cone (radius, 0, height); Plane (width, length, 0)."""
+    material: int
+    left_handed: bool = False
+    double_sided: bool = False
+    primvars: list[Primvar] = field(default_factory=list)
+    """Constant ones only."""
+
+
+@dataclass(slots=True)
+class Instances:
+    """A prototype placed many times inside another."""
+
+    path: str
+    parent: int
+    """The prototype that holds them; `WORLD` for the stage."""
+    prototype: int
+    """The prototype that is placed."""
+    parent_from_prototype: Any
+    """A C-contiguous float64 buffer (n, 4, 4), each as `Matrix`."""
+    primvars: list[Primvar] = field(default_factory=list)
+    """One value per instance (`vertex`), or `constant`; they stand in for the prototype's."""
+
+
+@dataclass(slots=True)
+class Frame:
+    """One frame of a stage. The JSON records are the serde form of `kilauea-scene`'s types."""
+
+    stage: str
+    """Root layer, for messages and the EXR header."""
+    time: float
+    """Time code."""
+    prototypes: list[str] = field(default_factory=lambda: [""])
+    """Prim path of each prototype; entry 0 is the world."""
+    meshes: list[Mesh] = field(default_factory=list)
+    implicits: list[Implicit] = field(default_factory=list)
+    instances: list[Instances] = field(default_factory=list)
+    materials: list[dict[str, Any]] = field(default_factory=list)
+    """`kilauea_scene::Material` records."""
+    textures: list[dict[str, Any]] = field(default_factory=list)
+    """`kilauea_scene::TextureSource` records."""
+    lights: list[dict[str, Any]] = field(default_factory=list)
+    """`kilauea_scene::Light` records."""
+    camera: dict[str, Any] = field(default_factory=dict)
+    """A `kilauea_scene::Camera` record."""
+    settings: dict[str, Any] = field(default_factory=dict)
+    """Authored fields of `kilauea_scene::RenderSettings`; the rest have defaults."""
+    warnings: list[str] = field(default_factory=list)
+    """What was found and is not rendered, each with the prim path."""
+    missing: list[str] = field(default_factory=list)
+    """Layers, textures and shaders that could not be found; `--strict` makes them an error."""
+
+

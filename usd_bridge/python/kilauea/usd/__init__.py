@@ -1,0 +1,1 @@
+"""Everything that knows USD. `pxr` is imported in this package and nowhere else."""
