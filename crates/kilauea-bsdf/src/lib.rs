@@ -1,1 +1,13 @@
-//! .
+//! How surfaces scatter light: pure functions of directions.
+//!
+//! All directions are unit vectors in world space that point away from the surface: `wo` to where
+//! the path came from, `wi` to where it goes on (to the light). Radiance travels from `wi` to
+//! `wo`.
+
+#![forbid(unsafe_code)]
+
+mod bsdf;
+mod lambert;
+mod side;
+
+pub use bsdf::{Bsdf, BsdfEval, BsdfSample};

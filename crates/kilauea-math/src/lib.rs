@@ -13,7 +13,7 @@ pub mod warp;
 
 pub use bounds::Bounds3;
 pub use frame::Frame;
-pub use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, Mat3, UVec2, Vec2, Vec3, Vec3A, Vec4};
+pub use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, Mat2, Mat3, UVec2, Vec2, Vec3, Vec3A, Vec4};
 pub use spectrum::Spectrum;
 
 /// One over pi.

@@ -1,1 +1,24 @@
-//! .
+//! What a shader sees: the [`Surface`], its [`Input`]s, and the [`SurfaceShader`] trait it
+//! implements.
+//!
+//! A material's pattern graph is compiled once: constants are folded, primvars become slots, and
+//! each input is either a value or a small tree that is evaluated at a surface without allocating.
+
+#![forbid(unsafe_code)]
+
+mod graph;
+mod input;
+mod parameters;
+pub mod prelude;
+mod primvar;
+mod shader;
+mod surface;
+mod texture_stub;
+
+pub use graph::Channels;
+pub use input::{Input, InputValue};
+pub use parameters::{InputSummary, Parameter, ShaderInputs};
+pub use primvar::{PrimvarLayout, PrimvarSlot};
+pub use shader::{ShaderError, SurfaceShader};
+pub use surface::Surface;
+pub use texture_stub::TextureStore;

@@ -1,0 +1,131 @@
+use kilauea_math::{Frame, Spectrum, Vec3};
+
+use crate::lambert::Lambert;
+use crate::side::Side;
+
+/// A BSDF at one point of a surface.
+///
+/// Surfaces are two-sided. The geometric normal alone decides whether a pair of directions
+/// reflects or transmits, the shading normal gives the weights, and where the two disagree nothing
+/// is scattered, so that no light leaks through. Transmitting lobes take the side of the geometric
+/// normal for the outside.
+#[derive(Clone, Copy, Debug)]
+pub struct Bsdf {
+    /// Shading frame, z on the side of `ng`.
+    frame: Frame,
+    /// Geometric normal, to the outside of the mesh.
+    ng: Vec3,
+    lobes: Lobes,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Lobes {
+    Lambert(Lambert),
+}
+
+/// A BSDF for a pair of directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfEval {
+    /// `f · |cos(wi, ns)|` of the diffuse lobes.
+    pub diffuse: Spectrum,
+    /// `f · |cos(wi, ns)|` of all other lobes; delta lobes count nothing.
+    pub specular: Spectrum,
+    /// Density per solid angle with which [`Bsdf::sample`] finds `wi`; without delta lobes.
+    pub pdf: f32,
+}
+
+impl BsdfEval {
+    /// Nothing is scattered and the direction is never sampled.
+    pub const ZERO: Self = Self {
+        diffuse: Spectrum::BLACK,
+        specular: Spectrum::BLACK,
+        pdf: 0.0,
+    };
+
+    /// Both families of lobes together.
+    #[inline]
+    pub fn total(&self) -> Spectrum {
+        self.diffuse + self.specular
+    }
+}
+
+/// A direction drawn from a BSDF.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BsdfSample {
+    /// The direction.
+    pub wi: Vec3,
+    /// `f · |cos(wi, ns)| / pdf` of the diffuse lobes.
+    pub diffuse: Spectrum,
+    /// `f · |cos(wi, ns)| / pdf` of all other lobes.
+    pub specular: Spectrum,
+    /// Density per solid angle; for delta lobes the probability of the lobe.
+    pub pdf: f32,
+    /// Whether `wi` was the only direction possible.
+    pub is_delta: bool,
+    /// Whether `wi` is on the other side of the surface than `wo`.
+    pub is_transmission: bool,
+    /// Whether a diffuse lobe was drawn from.
+    pub is_diffuse: bool,
+    /// Roughness of the lobe drawn from (the square root of GGX's alpha): 1 for diffuse lobes, 0
+    /// for delta lobes.
+    pub roughness: f32,
+    /// (index of refraction on the side of `wi` / index on the side of `wo`)². Refraction divides
+    /// radiance by it; Russian roulette multiplies it back in, because it comes back on the way
+    /// out. 1 for reflection.
+    pub eta_scale: f32,
+}
+
+impl BsdfSample {
+    /// The throughput weight of both families of lobes together.
+    #[inline]
+    pub fn weight(&self) -> Spectrum {
+        self.diffuse + self.specular
+    }
+}
+
+impl Bsdf {
+    /// An ideal diffuse reflector.
+    ///
+    /// `frame` is the shading frame, its z on the side of the geometric normal `ng`, which points
+    /// to the outside of the mesh; `albedo` is in [0, 1].
+    #[inline]
+    pub fn lambert(frame: Frame, ng: Vec3, albedo: Spectrum) -> Self {
+        Self {
+            frame,
+            ng,
+            lobes: Lobes::Lambert(Lambert { albedo }),
+        }
+    }
+
+    /// What is scattered from `wi` to `wo`, and how likely [`Self::sample`] finds `wi`.
+    #[inline]
+    pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
+        match &self.lobes {
+            Lobes::Lambert(lambert) => lambert.eval(&Side::of(&self.frame, self.ng, wo), wi),
+        }
+    }
+
+    /// Draws a direction; `u` is uniform in [0, 1)³. None where the path ends.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+        match &self.lobes {
+            Lobes::Lambert(lambert) => lambert.sample(&Side::of(&self.frame, self.ng, wo), u),
+        }
+    }
+
+    /// Whether [`Self::eval`] can be anything but zero; if not, asking lights is pointless.
+    #[inline]
+    pub fn has_smooth_lobes(&self) -> bool {
+        match &self.lobes {
+            Lobes::Lambert(lambert) => !lambert.albedo.is_black(),
+        }
+    }
+
+    /// The fraction of light scattered, all lobes together, as seen from `wo`.
+    #[inline]
+    pub fn albedo(&self, _wo: Vec3) -> Spectrum {
+        match &self.lobes {
+            Lobes::Lambert(lambert) => lambert.albedo,
+        }
+    }
+}

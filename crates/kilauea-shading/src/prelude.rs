@@ -1,0 +1,8 @@
+//! What a shader's source needs: `use kilauea_shading::prelude::*;`.
+
+pub use kilauea_bsdf::Bsdf;
+pub use kilauea_math::{Frame, Spectrum, Vec2, Vec3};
+
+pub use crate::{
+    Input, Parameter, ShaderError, ShaderInputs, Surface, SurfaceShader, TextureStore, parameters,
+};

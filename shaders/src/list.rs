@@ -1,0 +1,122 @@
+/// Makes [`crate::Shader`] out of the list of shaders: static dispatch, no virtual call.
+macro_rules! shaders {
+    ($($shader:ident),+ $(,)?) => {
+        /// The compiled surface shader of one material.
+        #[derive(Clone, Debug)]
+        pub struct Shader {
+            kind: Kind,
+            inputs: kilauea_shading::InputSummary,
+        }
+
+        #[derive(Clone, Debug)]
+        enum Kind {
+            $($shader(Box<$shader>),)+
+        }
+
+        impl Shader {
+            /// Names of all shaders.
+            pub const NAMES: &'static [&'static str] =
+                &[$(<$shader as kilauea_shading::SurfaceShader>::NAME),+];
+
+            /// Compiles the surface shader of a material.
+            pub fn compile(
+                material: &kilauea_scene::Material,
+            ) -> Result<Self, kilauea_shading::ShaderError> {
+                let mut inputs = kilauea_shading::ShaderInputs::new(material);
+                let kind = match material.shader.as_str() {
+                    $(<$shader as kilauea_shading::SurfaceShader>::NAME => {
+                        Kind::$shader(Box::new(kilauea_shading::SurfaceShader::compile(&mut inputs)?))
+                    })+
+                    _ => {
+                        return Err(kilauea_shading::ShaderError::UnknownShader {
+                            material: material.path.clone(),
+                            shader: material.shader.clone(),
+                            known: Self::NAMES.join(", "),
+                        });
+                    }
+                };
+                Ok(Self {
+                    kind,
+                    inputs: inputs.finish(),
+                })
+            }
+
+            /// Declared inputs of each shader, by name.
+            pub fn parameters() -> Vec<(&'static str, Vec<kilauea_shading::Parameter>)> {
+                vec![$((
+                    <$shader as kilauea_shading::SurfaceShader>::NAME,
+                    <$shader as kilauea_shading::SurfaceShader>::parameters(),
+                ),)+]
+            }
+
+            /// The primvars it reads, in slot order.
+            #[inline]
+            pub fn primvars(&self) -> &[String] {
+                &self.inputs.primvars
+            }
+
+            /// Authored inputs that the shader does not have.
+            #[inline]
+            pub fn ignored_inputs(&self) -> &[String] {
+                &self.inputs.ignored
+            }
+
+            /// See [`kilauea_shading::SurfaceShader::bsdf`].
+            #[inline]
+            pub fn bsdf(&self, surface: &kilauea_shading::Surface<'_>) -> kilauea_bsdf::Bsdf {
+                match &self.kind {
+                    $(Kind::$shader(s) => kilauea_shading::SurfaceShader::bsdf(&**s, surface),)+
+                }
+            }
+
+            /// See [`kilauea_shading::SurfaceShader::emission`].
+            #[inline]
+            pub fn emission(
+                &self,
+                surface: &kilauea_shading::Surface<'_>,
+            ) -> kilauea_math::Spectrum {
+                match &self.kind {
+                    $(Kind::$shader(s) => kilauea_shading::SurfaceShader::emission(&**s, surface),)+
+                }
+            }
+
+            /// See [`kilauea_shading::SurfaceShader::opacity`].
+            #[inline]
+            pub fn opacity(&self, surface: &kilauea_shading::Surface<'_>) -> f32 {
+                match &self.kind {
+                    $(Kind::$shader(s) => kilauea_shading::SurfaceShader::opacity(&**s, surface),)+
+                }
+            }
+
+            /// See [`kilauea_shading::SurfaceShader::is_opaque`].
+            #[inline]
+            pub fn is_opaque(&self) -> bool {
+                match &self.kind {
+                    $(Kind::$shader(s) => kilauea_shading::SurfaceShader::is_opaque(&**s),)+
+                }
+            }
+
+            /// See [`kilauea_shading::SurfaceShader::is_emissive`].
+            #[inline]
+            pub fn is_emissive(&self) -> bool {
+                match &self.kind {
+                    $(Kind::$shader(s) => kilauea_shading::SurfaceShader::is_emissive(&**s),)+
+                }
+            }
+
+            /// See [`kilauea_shading::SurfaceShader::mean_emission`].
+            pub fn mean_emission(
+                &self,
+                textures: &kilauea_shading::TextureStore,
+            ) -> kilauea_math::Spectrum {
+                match &self.kind {
+                    $(Kind::$shader(s) => {
+                        kilauea_shading::SurfaceShader::mean_emission(&**s, textures)
+                    })+
+                }
+            }
+        }
+    };
+}
+
+pub(crate) use shaders;
