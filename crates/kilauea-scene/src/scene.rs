@@ -137,7 +137,6 @@ impl Scene {
             }
             for (idx, node) in material.nodes.iter().enumerate() {
                 match *node {
-                    Node::Constant { .. } | Node::Primvar { .. } => {}
                     Node::Transform2d { input, .. } if input as usize >= idx => {
                         return Err(fail("nodes.input", input, idx));
                     }
@@ -147,7 +146,10 @@ impl Scene {
                     Node::UvTexture { texture, .. } if texture as usize >= self.textures.len() => {
                         return Err(fail("nodes.texture", texture, self.textures.len()));
                     }
-                    Node::Transform2d { .. } | Node::UvTexture { .. } => {}
+                    Node::Constant { .. }
+                    | Node::Primvar { .. }
+                    | Node::Transform2d { .. }
+                    | Node::UvTexture { .. } => {}
                 }
             }
         }

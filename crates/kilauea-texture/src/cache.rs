@@ -1,0 +1,187 @@
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use arc_swap::{ArcSwapOption, Guard};
+
+/// Texels of a tile, as stored.
+#[derive(Debug)]
+pub(crate) struct Tile(pub(crate) Box<[u8]>);
+
+/// A tile, resident as long as it is held.
+pub(crate) type HeldTile = Guard<Option<Arc<Tile>>>;
+
+/// The resident tiles of all images: one slot per tile, emptied by the clock algorithm (second
+/// chance) whenever the tiles outgrow the budget.
+///
+/// Bounded by `budget_bytes` plus the tile being looked at by each thread. The mutex is taken only
+/// where a tile was just read, and no other lock is taken under it.
+#[derive(Debug)]
+pub(crate) struct TileCache {
+    slots: Vec<Slot>,
+    budget_bytes: u64,
+    clock: Mutex<Clock>,
+    tiles_loaded: AtomicU64,
+    bytes_read: AtomicU64,
+}
+
+#[derive(Debug, Default)]
+struct Slot {
+    tile: ArcSwapOption<Tile>,
+    /// Used since the clock's hand last passed.
+    used: AtomicBool,
+}
+
+#[derive(Debug, Default)]
+struct Clock {
+    /// Resident slots, the hand at the front.
+    resident: VecDeque<u32>,
+    bytes: u64,
+    bytes_peak: u64,
+}
+
+/// What a [`TextureStore`](crate::TextureStore) has done so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TextureStats {
+    /// Tiles read, counting one again that was evicted in between.
+    pub tiles_loaded: u64,
+    /// Bytes of texels held now.
+    pub bytes_resident: u64,
+    /// Most bytes of texels held at any time.
+    pub bytes_peak: u64,
+    /// Bytes of texels read.
+    pub bytes_read: u64,
+    /// Tiles of all images and mip levels.
+    pub tiles_total: u64,
+}
+
+impl TileCache {
+    pub(crate) fn new(n_slots: usize, budget_bytes: u64) -> Self {
+        let mut slots = Vec::new();
+        slots.resize_with(n_slots, Slot::default);
+        Self {
+            slots,
+            budget_bytes,
+            clock: Mutex::default(),
+            tiles_loaded: AtomicU64::new(0),
+            bytes_read: AtomicU64::new(0),
+        }
+    }
+
+    /// The tile of a slot, read by `load` where it is not resident.
+    #[inline]
+    pub(crate) fn get(
+        &self,
+        slot_idx: u32,
+        load: impl FnOnce() -> Option<Tile>,
+    ) -> Option<HeldTile> {
+        let slot = &self.slots[slot_idx as usize];
+        let resident = slot.tile.load();
+        if resident.is_some() {
+            // Reading first keeps the cache line shared between threads.
+            if !slot.used.load(Ordering::Relaxed) {
+                slot.used.store(true, Ordering::Relaxed);
+            }
+            return Some(resident);
+        }
+        drop(resident);
+        let tile = Arc::new(load()?);
+        self.tiles_loaded.fetch_add(1, Ordering::Relaxed);
+        self.bytes_read
+            .fetch_add(tile.0.len() as u64, Ordering::Relaxed);
+        self.insert(slot_idx, &tile);
+        Some(Guard::from_inner(Some(tile)))
+    }
+
+    pub(crate) fn stats(&self) -> TextureStats {
+        let clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
+        TextureStats {
+            tiles_loaded: self.tiles_loaded.load(Ordering::Relaxed),
+            bytes_resident: clock.bytes,
+            bytes_peak: clock.bytes_peak,
+            bytes_read: self.bytes_read.load(Ordering::Relaxed),
+            tiles_total: self.slots.len() as u64,
+        }
+    }
+
+    fn insert(&self, slot_idx: u32, tile: &Arc<Tile>) {
+        let n_bytes = tile.0.len() as u64;
+        if n_bytes > self.budget_bytes {
+            return;
+        }
+        let mut clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
+        let slot = &self.slots[slot_idx as usize];
+        // Another thread may have read the same tile meanwhile.
+        if slot.tile.load().is_some() {
+            return;
+        }
+        self.make_room(&mut clock, n_bytes);
+        slot.tile.store(Some(Arc::clone(tile)));
+        slot.used.store(true, Ordering::Relaxed);
+        clock.resident.push_back(slot_idx);
+        clock.bytes += n_bytes;
+        clock.bytes_peak = clock.bytes_peak.max(clock.bytes);
+    }
+
+    /// Evicts until `n_bytes` fit; a slot used since the hand last passed gets a second chance.
+    fn make_room(&self, clock: &mut Clock, n_bytes: u64) {
+        // Two rounds clear every mark, unless other threads keep setting them.
+        let mut chances = clock.resident.len();
+        while clock.bytes + n_bytes > self.budget_bytes {
+            let Some(slot_idx) = clock.resident.pop_front() else {
+                return;
+            };
+            let slot = &self.slots[slot_idx as usize];
+            if chances > 0 && slot.used.swap(false, Ordering::Relaxed) {
+                chances -= 1;
+                clock.resident.push_back(slot_idx);
+            } else if let Some(evicted) = slot.tile.swap(None) {
+                clock.bytes -= evicted.0.len() as u64;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load_10(cache: &TileCache, slot_idx: u32) -> bool {
+        let mut missed = false;
+        cache.get(slot_idx, || {
+            missed = true;
+            Some(Tile(Box::new([0; 10])))
+        });
+        missed
+    }
+
+    #[test]
+    fn keeps_within_budget_and_prefers_tiles_in_use() {
+        let cache = TileCache::new(100, 50);
+        for slot_idx in 0..100 {
+            assert!(load_10(&cache, slot_idx));
+            // Slot 0 is touched between all loads.
+            load_10(&cache, 0);
+        }
+        let stats = cache.stats();
+        assert_eq!((stats.bytes_resident, stats.bytes_peak), (50, 50));
+        assert!(!load_10(&cache, 99), "the latest is resident");
+        assert!(load_10(&cache, 1), "an old one is not");
+        assert!(stats.tiles_loaded < 130, "{}", stats.tiles_loaded);
+    }
+
+    #[test]
+    fn a_tile_larger_than_the_budget_is_used_and_dropped() {
+        let cache = TileCache::new(1, 5);
+        assert!(load_10(&cache, 0) && load_10(&cache, 0));
+        assert_eq!(cache.stats().bytes_peak, 0);
+        assert_eq!(cache.stats().bytes_read, 20);
+    }
+
+    #[test]
+    fn a_failed_load_leaves_no_trace() {
+        let cache = TileCache::new(1, 100);
+        assert!(cache.get(0, || None).is_none());
+        assert!(load_10(&cache, 0));
+    }
+}
