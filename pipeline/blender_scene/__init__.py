@@ -1,0 +1,4 @@
+"""Builds a Blender scene for Cycles from an exported scene.
+
+Runs inside Blender's Python (`bpy`) only.
+"""

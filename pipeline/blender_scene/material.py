@@ -1,0 +1,182 @@
+"""Surface shaders.
+
+`Matte` is an exact match. UsdPreviewSurface becomes a Principled BSDF: the same microfacets and
+the same F0, but a dielectric Fresnel term in place of Schlick's and a diffuse lobe that loses what
+the specular lobe reflects on average; the two differ most at grazing angles.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+from blender_scene.graph import Graph, Scalar, Triple
+from blender_scene.pattern import Patterns
+
+if TYPE_CHECKING:
+    from exported import ExportedScene
+
+PRESENCE = 1.0
+"""The value of `opacityMode` that stands for `presence`; 0 stands for `transparent`."""
+UNBOUND_GREY = (0.5, 0.5, 0.5)
+
+
+class Materials:
+    """Blender materials by record and by what instancers give per instance."""
+
+    def __init__(self, scene: ExportedScene, warnings: list[str]) -> None:
+        self.scene = scene
+        self.warnings = warnings
+        self.built: dict[tuple[int, frozenset[str]], bpy.types.Material] = {}
+
+    def primvar_fallbacks(self, idx: int) -> dict[str, list[float]]:
+        """Return the value of each primvar that a material reads, for meshes without it."""
+        nodes = self.scene.materials[idx]["nodes"]
+        return {node["name"]: node["fallback"] for node in nodes if node["type"] == "primvar"}
+
+    def get(self, idx: int, per_instance: frozenset[str]) -> bpy.types.Material:
+        """Return the material; the named primvars are read from instances."""
+        key = (idx, per_instance.intersection(self.primvar_fallbacks(idx)))
+        if key not in self.built:
+            self.built[key] = self.build(*key)
+        return self.built[key]
+
+    def build(self, idx: int, per_instance: frozenset[str]) -> bpy.types.Material:
+        """Build the shader graph of a record."""
+        record = self.scene.materials[idx]
+        material = bpy.data.materials.new(record["path"] or f"material {idx}")
+        material.use_nodes = True
+        graph = Graph.of_material(material)
+        patterns = Patterns(self.scene, graph, record, per_instance)
+        if record["shader"] == "Matte":
+            shader = matte(graph, patterns)
+        elif record["shader"] == "UsdPreviewSurface":
+            shader = preview_surface(graph, patterns)
+        else:
+            self.warnings.append(f"{record['path']}: no shader {record['shader']} in Cycles; grey")
+            shader = diffuse(graph, UNBOUND_GREY)
+        if patterns.is_authored("displacement"):
+            self.warnings.append(f"{record['path']}: displacement is not rendered")
+        graph.surface(shader)
+        material.cycles.emission_sampling = "FRONT_BACK"
+        return material
+
+
+def diffuse(graph: Graph, colour: Triple) -> bpy.types.NodeSocket:
+    """Lambert."""
+    return graph.node("ShaderNodeBsdfDiffuse", Color=colour, Roughness=0.0).outputs[0]
+
+
+def transparent(graph: Graph) -> bpy.types.NodeSocket:
+    """Nothing there."""
+    return graph.node("ShaderNodeBsdfTransparent", Color=(1.0, 1.0, 1.0)).outputs[0]
+
+
+def matte(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
+    """Lambert with an opacity."""
+    colour = patterns.triple("diffuseColor", UNBOUND_GREY)
+    opacity = patterns.number("opacity", 1.0)
+    lambert = with_emission(graph, patterns, diffuse(graph, colour))
+    return lambert if opacity == 1.0 else graph.mixed(opacity, transparent(graph), lambert)
+
+
+def with_emission(
+    graph: Graph, patterns: Patterns, shader: bpy.types.NodeSocket
+) -> bpy.types.NodeSocket:
+    """Add `emissiveColor`."""
+    if not patterns.is_authored("emissiveColor"):
+        return shader
+    colour = patterns.triple("emissiveColor", (0.0, 0.0, 0.0))
+    if colour == (0.0, 0.0, 0.0):
+        return shader
+    emission = graph.node("ShaderNodeEmission", Color=colour, Strength=1.0).outputs[0]
+    return graph.added(shader, emission)
+
+
+def preview_surface(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
+    """Build UsdPreviewSurface with the opacity mode and threshold of its specification."""
+    opacity = patterns.number("opacity", 1.0)
+    threshold = patterns.number("opacityThreshold", 0.0)
+    if threshold != 0.0:
+        kept = graph.math("SUBTRACT", 1.0, graph.math("LESS_THAN", opacity, threshold))
+        return graph.mixed(kept, transparent(graph), opaque(graph, patterns))
+    if opacity == 1.0:
+        return opaque(graph, patterns)
+    if patterns.number("opacityMode", 0.0) == PRESENCE:
+        return graph.mixed(opacity, transparent(graph), opaque(graph, patterns))
+    glass = with_emission(graph, patterns, dielectric(graph, patterns))
+    return glass if opacity == 0.0 else graph.mixed(opacity, glass, opaque(graph, patterns))
+
+
+def opaque(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
+    """Build everything but the opacity."""
+    ior = patterns.number("ior", 1.5)
+    inputs: dict[str, Any] = {
+        "Base_Color": patterns.triple("diffuseColor", (0.18, 0.18, 0.18)),
+        "Roughness": patterns.number("roughness", 0.5),
+        "IOR": ior,
+        "Coat_Weight": patterns.number("clearcoat", 0.0),
+        "Coat_Roughness": patterns.number("clearcoatRoughness", 0.01),
+        "Coat_IOR": ior,
+    }
+    if patterns.number("useSpecularWorkflow", 0.0) == 1.0:
+        inputs |= specular_workflow(graph, patterns.triple("specularColor", (0.0, 0.0, 0.0)))
+    else:
+        inputs["Metallic"] = patterns.number("metallic", 0.0)
+    normal = shading_normal(graph, patterns)
+    if normal is not None:
+        inputs |= {"Normal": normal, "Coat_Normal": normal}
+    node = graph.node("ShaderNodeBsdfPrincipled", **inputs)
+    node.distribution = "GGX"
+    return with_emission(graph, patterns, node.outputs[0])
+
+
+def specular_workflow(graph: Graph, specular: Triple) -> dict[str, Any]:
+    """Return the index whose F0 is the brightest channel, and the tint that gives the others."""
+    if isinstance(specular, bpy.types.NodeSocket):
+        red, green, blue = (graph.channel(specular, idx) for idx in range(3))
+        peak = graph.math("MAXIMUM", red, graph.math("MAXIMUM", green, blue))
+        # F0 = 1 would be an infinite index.
+        root = graph.math("SQRT", graph.math("MINIMUM", peak, 0.98))
+        one_over = graph.math("DIVIDE", 1.0, graph.math("MAXIMUM", peak, 1e-6))
+        tint: Triple = graph.vector_math("SCALE", specular, one_over)
+        over = graph.math("ADD", 1.0, root)
+        return {
+            "IOR": graph.math("DIVIDE", over, graph.math("SUBTRACT", 1.0, root)),
+            "Specular_Tint": tint,
+        }
+    peak = max(specular)
+    root = min(peak, 0.98) ** 0.5
+    tint = tuple(channel / peak for channel in specular) if peak > 0.0 else (1.0, 1.0, 1.0)
+    return {"IOR": (1.0 + root) / (1.0 - root), "Specular_Tint": tint}
+
+
+def dielectric(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
+    """Glass whose transmission is always sharp; roughness blurs the reflection alone."""
+    ior = patterns.number("ior", 1.5)
+    roughness: Scalar = patterns.number("roughness", 0.5)
+    if roughness == 0.0:
+        node = graph.node("ShaderNodeBsdfGlass", Color=(1.0, 1.0, 1.0), Roughness=0.0, IOR=ior)
+        node.distribution = "GGX"
+        return node.outputs[0]
+    through = graph.node("ShaderNodeBsdfRefraction", Color=(1.0, 1.0, 1.0), Roughness=0.0, IOR=ior)
+    reflected = graph.node("ShaderNodeBsdfGlossy", Color=(1.0, 1.0, 1.0), Roughness=roughness)
+    through.distribution = reflected.distribution = "GGX"
+    fresnel = graph.node("ShaderNodeFresnel", IOR=ior).outputs[0]
+    return graph.mixed(fresnel, through.outputs[0], reflected.outputs[0])
+
+
+def shading_normal(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket | None:
+    """Return the normal that a tangent-space `normal` input gives, or None without one."""
+    if not patterns.is_authored("normal"):
+        return None
+    tangent = patterns.triple("normal", (0.0, 0.0, 1.0))
+    if not isinstance(tangent, bpy.types.NodeSocket):
+        return None
+    # The Normal Map node expects it packed into [0, 1].
+    packed = graph.vector_math("MULTIPLY_ADD", tangent, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5))
+    node = graph.node("ShaderNodeNormalMap", Color=packed)
+    node.space = "TANGENT"
+    node.uv_map = patterns.coordinates_name("normal") or ""
+    return node.outputs[0]
