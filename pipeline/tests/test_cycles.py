@@ -12,8 +12,11 @@ import OpenImageIO as oiio
 import pytest
 from scene_writer import (
     SceneWriter,
+    camera,
+    column_major,
     constant_material,
     light,
+    look_down,
     pointing_down,
 )
 
@@ -106,3 +109,165 @@ def test_irradiance_under_a_light(
     colour = [4.0, 2.0, 1.0]
     plane.record["lights"] = [light(shape, matrix, radiance=colour, visible_to_camera=False)]
     check(render(plane.write()), [ALBEDO * irradiance / math.pi * c for c in colour])
+
+
+@pytest.mark.parametrize("max_depth", [1, 2, 5])
+def test_depth_counts_the_bounce_toward_the_light(tmp_path: Path, max_depth: int) -> None:
+    writer = SceneWriter(tmp_path)
+    half = [0.5] * 3
+    writer.record["materials"] = [constant_material("Matte", diffuseColor=half, emissiveColor=half)]
+    corners = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    inward = [triangle for a, b, c, d in quads for triangle in ((a, c, b), (a, d, c))]
+    writer.chunk(corners, inward)
+    writer.record["camera"] = camera(np.eye(4), screen_window=[-1, -1, 1, 1])
+    writer.record["settings"] |= {"max_depth": max_depth, "samples_per_pixel": 1024}
+    # Emission 1/2 and albedo 1/2: the geometric series, cut after max_depth + 1 terms.
+    check(render(writer.write()), 1.0 - 0.5 ** (max_depth + 1))
+
+
+@pytest.mark.parametrize("shape", ["disk", "sphere"])
+def test_shaping(plane: SceneWriter, shape: str) -> None:
+    """A small light that points 30 degrees past the point on the floor below it."""
+    tilt = math.radians(30.0)
+    spin = np.eye(4)
+    spin[:2, :2] = [[math.cos(tilt), -math.sin(tilt)], [math.sin(tilt), math.cos(tilt)]]
+    matrix = distance(1.0) @ spin @ pointing_down()
+    shaping = {
+        "cone_angle_degrees": 45.0,
+        "cone_softness": 0.75,
+        "focus": 3.0,
+        "focus_tint": [0.0, 0.5, 1.0],
+    }
+    plane.record["lights"] = [light({"type": shape, "radius": 0.001}, matrix, shaping=shaping)]
+    plane.record["lights"][0]["radiance"] = [1e6] * 3
+    start = 0.25 * 45.0
+    t = (30.0 - start) / (45.0 - start)
+    cone = 1.0 - t * t * (3.0 - 2.0 * t)
+    focus = math.cos(tilt) ** 3
+    facing = math.cos(tilt) if shape == "disk" else 1.0
+    levels = [focus, 0.5 * focus + 0.5, 1.0]
+    expected = [ALBEDO * 1e6 * 1e-6 * facing * cone * level for level in levels]
+    check(render(plane.write()), expected)
+
+
+def emitter(writer: SceneWriter, colour: list[float]) -> int:
+    """Add a black surface that shines; returns its index."""
+    writer.record["materials"].append(
+        constant_material("Matte", diffuseColor=[0.0] * 3, emissiveColor=colour)
+    )
+    return len(writer.record["materials"]) - 1
+
+
+@pytest.mark.parametrize("projection", ["perspective", "orthographic"])
+def test_screen_window_and_data_window(tmp_path: Path, projection: str) -> None:
+    """A glowing quarter of the plane shows where each edge of an off-centre window lies."""
+    writer = SceneWriter(tmp_path)
+    bright = emitter(writer, [1.0] * 3)
+    # x from 0 to 1 and z from 0 down to -1, which is up in the image.
+    writer.chunk([(0, 0, 0), (1, 0, 0), (1, 0, -1), (0, 0, -1)], [(0, 1, 2), (0, 2, 3)], bright)
+    writer.record["camera"] = camera(
+        look_down(1.0), projection=projection, screen_window=[-0.5, -0.75, 1.5, 0.25]
+    )
+    # Pixels are 1/4 wide and 1/8 high; the data window is two columns and four rows larger.
+    writer.record["settings"] |= {"resolution": [8, 8], "pixel_aspect_ratio": 2.0}
+    writer.record["settings"]["data_window"] = {"min": [-2, -4], "max": [10, 6]}
+    image = render(writer.write())
+    expected = np.zeros((10, 12, 1))
+    expected[:6, 4:8] = 1.0
+    np.testing.assert_allclose(image, np.broadcast_to(expected, image.shape), atol=1e-3)
+
+
+def test_lights_are_seen_or_not(tmp_path: Path) -> None:
+    for kind in ({"type": "rect", "width": 1.0, "height": 1.0}, {"type": "sphere", "radius": 0.5}):
+        for visible in (True, False):
+            writer = SceneWriter(tmp_path / f"{kind['type']}{visible}")
+            up = np.diag([1.0, -1.0, -1.0, 1.0]) @ pointing_down()
+            writer.record["lights"] = [
+                light(kind, up, radiance=[3.0, 2.0, 1.0], visible_to_camera=visible)
+            ]
+            expected = [3.0, 2.0, 1.0] if visible else [0.0] * 3
+            check(render(writer.write(), "--samples", "4"), expected)
+
+
+def test_instances_far_from_the_origin(tmp_path: Path) -> None:
+    """Nested instances whose offsets cancel only in double precision."""
+    far = 4.0e7
+    writer = SceneWriter(tmp_path)
+    writer.record["origin_world"] = [far, 0.0, 0.0]
+    writer.record["prototypes"][0]["center"] = [far, 0.0, 0.0]
+    bright = emitter(writer, [1.0] * 3)
+    writer.prototype("/outer", center=(far, 0.0, 0.0))
+    writer.prototype("/inner", center=(0.0, 7.0, 0.0))
+    corners = [(-1, -7, 0), (1, -7, 0), (0, -7, -2)]
+    writer.chunk(corners, [(0, 1, 2)], bright, prototype=2)
+    shift = np.eye(4)
+    shift[0, 3] = far
+    writer.record["prototypes"][1]["instances"] = [
+        {"prototype": 2, "matrices": writer.array([column_major(shift)], "<f8"), "attributes": []}
+    ]
+    half = np.diag([0.5, 0.5, 0.5, 1.0])
+    half[0, 3] = 0.5 * far
+    writer.record["prototypes"][0]["instances"] = [
+        {"prototype": 1, "matrices": writer.array([column_major(half)], "<f8"), "attributes": []}
+    ]
+    view = look_down(1.0)
+    view[0, 3] = far
+    writer.record["camera"] = camera(view, screen_window=[-1, -1, 1, 1])
+    writer.record["settings"] |= {"resolution": [16, 16], "samples_per_pixel": 256}
+    image = render(writer.write())
+    # A triangle of base 1 and height 1 in a window of 2 by 2, its base on the middle row.
+    assert abs(image[..., 0].mean() - 0.5 / 4.0) < 2e-3
+    assert image[8:].max() == 0.0
+    assert abs(image[7, 4:12, 0].mean() - 0.9375 * 1.0) < 0.02
+
+
+def primvar_material(name: str) -> dict:
+    return {
+        "path": "/primvar",
+        "shader": "Matte",
+        "inputs": {
+            "diffuseColor": {"node": 1, "channel": "rgb"},
+            "emissiveColor": {"node": 0, "channel": "rgb"},
+        },
+        "nodes": [
+            {"type": "primvar", "name": name, "fallback": [0.25, 0.5, 0.75, 1.0]},
+            {"type": "constant", "value": [0.0, 0.0, 0.0, 1.0]},
+        ],
+    }
+
+
+@pytest.mark.parametrize("interpolation", ["constant", "uniform", "vertex", "missing", "instance"])
+def test_primvars(tmp_path: Path, interpolation: str) -> None:
+    writer = SceneWriter(tmp_path)
+    writer.record["materials"] = [primvar_material("glow")]
+    values = {
+        "constant": [[1.0, 2.0, 3.0]],
+        "uniform": [[1.0, 2.0, 3.0], [9.0, 9.0, 9.0]],
+        "vertex": [[1.0, 2.0, 3.0]] * 3 + [[9.0, 9.0, 9.0]],
+    }
+    attributes = []
+    if interpolation in values:
+        attributes.append(
+            {
+                "name": "glow",
+                "width": 3,
+                "interpolation": interpolation,
+                "data": values[interpolation],
+            }
+        )
+    writer.prototype("/floor")
+    writer.floor(attributes=tuple(attributes), prototype=1)
+    instances = {"prototype": 1, "matrices": writer.array([column_major(np.eye(4))], "<f8")}
+    instances["attributes"] = []
+    if interpolation == "instance":
+        data = writer.array([[4.0, 5.0, 6.0]], "<f4")
+        instances["attributes"] = [{"name": "glow", "width": 3, "data": data}]
+    writer.record["prototypes"][0]["instances"] = [instances]
+    # Looks at the first triangle, (-1, 1) (1, 1) (1, -1) in x and z.
+    view = look_down()
+    view[0, 3], view[2, 3] = 0.5, 0.5
+    writer.record["camera"] = camera(view)
+    expected = {"missing": [0.25, 0.5, 0.75], "instance": [4.0, 5.0, 6.0]}
+    image = render(writer.write(), "--samples", "4")
+    check(image, expected.get(interpolation, [1.0, 2.0, 3.0]))
