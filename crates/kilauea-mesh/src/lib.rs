@@ -6,9 +6,24 @@
 
 #![forbid(unsafe_code)]
 
+mod assemble;
+mod bounds;
+mod channel;
+mod chunks;
+mod implicit;
+mod instancing;
+mod nearest;
 mod payload;
+mod pieces;
+mod polygon;
+mod report;
+mod subdiv;
+mod surface;
 mod tokens;
+mod triangulate;
+mod weld;
 
+pub use assemble::{AssembleOptions, Assembled, assemble};
 pub use payload::{
     ImplicitShape, InstancesPayload, Payloads, PolyMesh, Primvar, Subdivision, Subset,
 };

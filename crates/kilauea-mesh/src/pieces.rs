@@ -1,0 +1,65 @@
+use kilauea_math::Vec3;
+
+/// Splits items into compact groups of at most `limit`, by medians along the longest axis of their
+/// centroids. Items that fit in one group keep their order; in each group it is kept as well.
+pub(crate) fn split_into_pieces<T: Copy>(
+    items: Vec<T>,
+    limit: usize,
+    centroid: impl Fn(&T) -> Vec3,
+) -> Vec<Vec<T>> {
+    let limit = limit.max(1);
+    if items.is_empty() {
+        return Vec::new();
+    }
+    if items.len() <= limit {
+        return vec![items];
+    }
+    let mut keyed: Vec<(Vec3, u32)> = items.iter().map(centroid).zip(0_u32..).collect();
+    let mut pieces = Vec::with_capacity(items.len().div_ceil(limit));
+    let mut open: Vec<&mut [(Vec3, u32)]> = vec![&mut keyed];
+    while let Some(group) = open.pop() {
+        if group.len() <= limit {
+            group.sort_unstable_by_key(|&(_, i)| i);
+            pieces.push(group.iter().map(|&(_, i)| items[i as usize]).collect());
+            continue;
+        }
+        let (min, max) = group.iter().fold(
+            (Vec3::INFINITY, Vec3::NEG_INFINITY),
+            |(min, max), (c, _)| (min.min(*c), max.max(*c)),
+        );
+        let axis = (max - min).max_position();
+        let n_pieces = group.len().div_ceil(limit);
+        let middle = group.len() * (n_pieces / 2) / n_pieces;
+        // Equal keys are ordered by index, so that the halves do not depend on the algorithm.
+        group.select_nth_unstable_by(middle, |(a, i), (b, j)| {
+            a[axis].total_cmp(&b[axis]).then(i.cmp(j))
+        });
+        let (low, high) = group.split_at_mut(middle);
+        open.push(high);
+        open.push(low);
+    }
+    pieces
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pieces_hold_everything_once_and_are_compact() {
+        let items: Vec<u32> = (0..1000).collect();
+        // A 100 × 10 grid.
+        let centroid = |&i: &u32| Vec3::new((i % 100) as f32, (i / 100) as f32, 0.0);
+        let pieces = split_into_pieces(items.clone(), 110, centroid);
+        assert_eq!(pieces.len(), 10);
+        let mut all: Vec<u32> = pieces.iter().flatten().copied().collect();
+        all.sort_unstable();
+        assert_eq!(all, items);
+        for piece in &pieces {
+            assert!(piece.len() <= 110 && piece.is_sorted());
+            let x: Vec<u32> = piece.iter().map(|i| i % 100).collect();
+            let width = x.iter().max().unwrap() - x.iter().min().unwrap();
+            assert!(width <= 13, "{width}");
+        }
+    }
+}
