@@ -1,6 +1,7 @@
 use kilauea_math::{Frame, Spectrum, Vec3};
 
 use crate::lambert::Lambert;
+use crate::layered::{Layered, Layers};
 use crate::side::Side;
 
 /// A BSDF at one point of a surface.
@@ -21,6 +22,7 @@ pub struct Bsdf {
 #[derive(Clone, Copy, Debug)]
 enum Lobes {
     Lambert(Lambert),
+    Layered(Layered),
 }
 
 /// A BSDF for a pair of directions.
@@ -97,11 +99,38 @@ impl Bsdf {
         }
     }
 
+    /// A layered surface: plastic, metal, glass, with or without a clear coat. `frame` and `ng`
+    /// are as in [`Self::lambert`].
+    #[inline]
+    pub fn layered(frame: Frame, ng: Vec3, layers: &Layers) -> Self {
+        Self {
+            frame,
+            ng,
+            lobes: Lobes::Layered(Layered::new(layers)),
+        }
+    }
+
+    /// A smooth boundary between dielectrics; `ior` is the index of refraction of the inside over
+    /// that of the outside.
+    #[inline]
+    pub fn dielectric(frame: Frame, ng: Vec3, ior: f32) -> Self {
+        Self::layered(
+            frame,
+            ng,
+            &Layers {
+                transmission: 1.0,
+                ior,
+                ..Layers::default()
+            },
+        )
+    }
+
     /// What is scattered from `wi` to `wo`, and how likely [`Self::sample`] finds `wi`.
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
         match &self.lobes {
-            Lobes::Lambert(lambert) => lambert.eval(&Side::of(&self.frame, self.ng, wo), wi),
+            Lobes::Lambert(lambert) => lambert.eval(&self.side(wo), wi),
+            Lobes::Layered(layered) => layered.eval(self.side(wo), wo, wi),
         }
     }
 
@@ -109,7 +138,8 @@ impl Bsdf {
     #[inline]
     pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         match &self.lobes {
-            Lobes::Lambert(lambert) => lambert.sample(&Side::of(&self.frame, self.ng, wo), u),
+            Lobes::Lambert(lambert) => lambert.sample(&self.side(wo), u),
+            Lobes::Layered(layered) => layered.sample(self.side(wo), wo, u),
         }
     }
 
@@ -118,14 +148,21 @@ impl Bsdf {
     pub fn has_smooth_lobes(&self) -> bool {
         match &self.lobes {
             Lobes::Lambert(lambert) => !lambert.albedo.is_black(),
+            Lobes::Layered(layered) => layered.has_smooth_lobes(),
         }
     }
 
     /// The fraction of light scattered, all lobes together, as seen from `wo`.
     #[inline]
-    pub fn albedo(&self, _wo: Vec3) -> Spectrum {
+    pub fn albedo(&self, wo: Vec3) -> Spectrum {
         match &self.lobes {
             Lobes::Lambert(lambert) => lambert.albedo,
+            Lobes::Layered(layered) => layered.albedo(self.side(wo), wo),
         }
+    }
+
+    #[inline]
+    fn side(&self, wo: Vec3) -> Side {
+        Side::of(&self.frame, self.ng, wo)
     }
 }

@@ -7,7 +7,14 @@
 #![forbid(unsafe_code)]
 
 mod bsdf;
+mod energy;
+mod energy_table;
+mod fresnel;
+mod ggx;
 mod lambert;
+mod layered;
 mod side;
 
 pub use bsdf::{Bsdf, BsdfEval, BsdfSample};
+pub use fresnel::f0_from_ior;
+pub use layered::Layers;

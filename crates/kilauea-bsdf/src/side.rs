@@ -7,6 +7,8 @@ pub(crate) struct Side {
     pub(crate) frame: Frame,
     /// Geometric normal on the side of `wo`.
     pub(crate) ng: Vec3,
+    /// Whether that is the outside.
+    pub(crate) is_outside: bool,
 }
 
 impl Side {
@@ -20,9 +22,30 @@ impl Side {
                     z: -frame.z,
                 },
                 ng: -ng,
+                is_outside: false,
             }
         } else {
-            Self { frame: *frame, ng }
+            Self {
+                frame: *frame,
+                ng,
+                is_outside: true,
+            }
+        }
+    }
+
+    /// The same with the shading normal pulled toward `wo` as far as needed for `wo` to see the
+    /// surface from above.
+    #[inline]
+    pub(crate) fn visible_from(self, wo: Vec3) -> Self {
+        const MIN_COS: f32 = 1.0e-3;
+        let cos_o = self.frame.z.dot(wo);
+        if cos_o >= MIN_COS {
+            return self;
+        }
+        let n = (self.frame.z + (MIN_COS - cos_o) * wo).normalize_or(self.ng);
+        Self {
+            frame: Frame::from_z(n),
+            ..self
         }
     }
 
