@@ -30,8 +30,15 @@ def build_lights(scene: ExportedScene, warnings: list[str]) -> None:
     for light in scene.lights:
         if light["diffuse"] != 1.0 or light["specular"] != 1.0:
             warnings.append(f"{light['path']}: inputs:diffuse and :specular have no counterpart")
-        if light["shape"]["type"] != "dome" and max(light["radiance"]) > 0.0:
+        if light["shape"]["type"] != "dome" and not is_dark(scene, light):
             build_light(scene, light, warnings)
+
+
+def is_dark(scene: ExportedScene, light: dict[str, Any]) -> bool:
+    """Whether a light has no radiance, or a texture that is missing."""
+    texture = light["texture"]
+    is_missing = texture is not None and not scene.textures[texture]["files"]
+    return is_missing or max(light["radiance"]) <= 0.0
 
 
 def build_light(scene: ExportedScene, light: dict[str, Any], warnings: list[str]) -> None:

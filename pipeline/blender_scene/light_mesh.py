@@ -33,8 +33,8 @@ def build_light_mesh(scene: ExportedScene, light: dict[str, Any]) -> bpy.types.O
     if light["texture"] is not None:
         corners = positions[triangles.ravel(), :2]
         size = np.float64([light["shape"]["width"], light["shape"]["height"]])
-        # The first texel lies at (+x, +y), the last at (-x, -y).
-        add_attribute(mesh, UV, "CORNER", 0.5 - corners / size)
+        # Upright as seen from where it shines, toward -z: the lower left is at (+x, -y).
+        add_attribute(mesh, UV, "CORNER", 0.5 + corners / (size * (-1.0, 1.0)))
     mesh.materials.append(light_material(scene, light, -axes[:, 2] / np.linalg.norm(axes[:, 2])))
     light_object = bpy.data.objects.new(light["path"], mesh)
     exact_shading(light_object)

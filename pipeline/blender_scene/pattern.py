@@ -171,13 +171,13 @@ class Patterns:
     def wrapped(self, x: Scalar, wrap: str, n_texels: int) -> tuple[Scalar, Scalar]:
         """Map a coordinate into [0, 1]; the second result is 0 where the image is black."""
         math_node = self.graph.math
-        if wrap == "mirror":
-            return math_node("PINGPONG", x, 1.0), 1.0
         if wrap == "repeat":
             return x, 1.0
+        if wrap == "mirror":
+            x = math_node("PINGPONG", x, 1.0)
         border = 0.5 / n_texels
         clamped = math_node("MINIMUM", math_node("MAXIMUM", x, border), 1.0 - border)
-        if wrap == "clamp":
+        if wrap in ("clamp", "mirror"):
             return clamped, 1.0
         from_centre = math_node("ABSOLUTE", math_node("SUBTRACT", x, 0.5))
         return clamped, math_node("LESS_THAN", from_centre, 0.5)

@@ -9,6 +9,7 @@ import numpy as np
 
 from blender_scene.graph import Graph
 from blender_scene.image import load_image
+from blender_scene.light import is_dark
 
 if TYPE_CHECKING:
     from exported import ExportedScene
@@ -25,7 +26,7 @@ def build_world(scene: ExportedScene) -> None:
     graph = Graph.of_world(world)
     total = None
     for light in scene.lights:
-        if light["shape"]["type"] == "dome":
+        if light["shape"]["type"] == "dome" and not is_dark(scene, light):
             shader = background(graph, scene, light)
             total = shader if total is None else graph.added(total, shader)
     if total is None:
@@ -37,7 +38,7 @@ def background(graph: Graph, scene: ExportedScene, light: dict[str, Any]) -> bpy
     """Make the background of one dome."""
     colour: Any = light["radiance"]
     texture = light["texture"]
-    if texture is not None and scene.textures[texture]["files"]:
+    if texture is not None:
         direction = lat_long_direction(graph, scene, light)
         image = graph.node("ShaderNodeTexEnvironment", Vector=direction)
         image.image = load_image(scene.textures[texture]["files"][0]["tiles"])
@@ -54,6 +55,8 @@ def lat_long_direction(
 ) -> bpy.types.NodeSocket:
     """Return the ray's direction in the space of Cycles' environment textures."""
     relative_from_dome = scene.to_relative(light["world_from_light"])[:3, :3]
+    # Scale has no meaning at infinity.
+    relative_from_dome = relative_from_dome / np.linalg.norm(relative_from_dome, axis=0)
     rows = CYCLES_FROM_DOME @ np.linalg.inv(relative_from_dome)
     direction = graph.node("ShaderNodeTexCoord").outputs["Generated"]
     return graph.combined(

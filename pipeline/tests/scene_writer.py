@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -131,6 +132,24 @@ class SceneWriter:
             "attributes": [a | {"data": self.array(a["data"], "<f4")} for a in attributes],
         }
         self.record["prototypes"][prototype]["chunks"].append(record)
+
+    def texture(self, *tiles: tuple[int, np.ndarray]) -> int:
+        """Write images of (height, width, 3) floats, lowest row first; (0, image) for a plain one.
+
+        They must be smaller than a tile.
+        """
+        files = []
+        for udim, image in tiles:
+            height, width, channels = image.shape
+            header = struct.pack(
+                "<8s10I", b"KLTILES\0", 1, width, height, channels, 2, *[0] * 3, 1, 0
+            )
+            name = self.folder / f"{len(self.record['textures'])}.{udim}.tiles"
+            level = struct.pack("<2IQ", width, height, 64)
+            name.write_bytes(header + level + image.astype("<f4").tobytes())
+            files.append({"udim": udim, "tiles": str(name)})
+        self.record["textures"].append({"path": "image.exr", "files": files})
+        return len(self.record["textures"]) - 1
 
     def floor(self, half: float = 1.0, material: int = 0, **fields: Any) -> None:
         """A square that faces +y, with st over it: (0, 0) at (-x, +z)."""

@@ -271,3 +271,176 @@ def test_primvars(tmp_path: Path, interpolation: str) -> None:
     expected = {"missing": [0.25, 0.5, 0.75], "instance": [4.0, 5.0, 6.0]}
     image = render(writer.write(), "--samples", "4")
     check(image, expected.get(interpolation, [1.0, 2.0, 3.0]))
+
+
+CORNERS = np.float32([[[1, 0, 0], [0, 2, 0]], [[0, 0, 3], [4, 4, 4]]])
+"""Lower left, lower right, upper left, upper right."""
+
+
+def textured(
+    writer: SceneWriter,
+    texture: int,
+    lookup: dict | None = None,
+    transform: dict | None = None,
+) -> None:
+    """Cover a floor from -1 to 1 with an image that glows; the records change the defaults."""
+    lookup = {
+        "type": "uv_texture",
+        "texture": texture,
+        "st": 1,
+        "wrap_s": "clamp",
+        "wrap_t": "clamp",
+        "scale": [1.0] * 4,
+        "bias": [0.0] * 4,
+        "fallback": [0.0] * 4,
+    } | (lookup or {})
+    transform = {
+        "type": "transform2d",
+        "input": 0,
+        "scale": [1.0, 1.0],
+        "rotation_degrees": 0.0,
+        "translation": [0.0, 0.0],
+    } | (transform or {})
+    material = primvar_material("st")
+    material["nodes"][1:] = [
+        transform,
+        lookup,
+        {"type": "constant", "value": [0.0, 0.0, 0.0, 1.0]},
+    ]
+    material["inputs"]["diffuseColor"]["node"] = 3
+    material["inputs"]["emissiveColor"]["node"] = 2
+    writer.record["materials"] = [material]
+    st = {"name": "st", "width": 2, "interpolation": "vertex"}
+    writer.floor(attributes=(st | {"data": [(0, 0), (1, 0), (1, 1), (0, 1)]},))
+    writer.record["camera"] = camera(look_down(1.0), screen_window=[-1, -1, 1, 1])
+    writer.record["settings"] |= {"resolution": [32, 32], "samples_per_pixel": 4}
+
+
+def corners_of(image: np.ndarray) -> np.ndarray:
+    """The corner pixels, lowest row first."""
+    return image[[-1, 0]][:, [0, -1]]
+
+
+def test_textures_are_upright(tmp_path: Path) -> None:
+    writer = SceneWriter(tmp_path)
+    levels = {"scale": [2.0] * 4, "bias": [0.5] * 4}
+    textured(writer, writer.texture((0, CORNERS)), levels)
+    image = render(writer.write())
+    np.testing.assert_allclose(corners_of(image), 2.0 * CORNERS + 0.5, rtol=1e-3)
+
+
+def test_transform2d_turns_coordinates(tmp_path: Path) -> None:
+    """A quarter turn counter-clockwise: (s, t) reads (1 - t, s)."""
+    writer = SceneWriter(tmp_path)
+    turn = {"rotation_degrees": 90.0, "translation": [1.0, 0.0]}
+    textured(writer, writer.texture((0, CORNERS)), transform=turn)
+    image = render(writer.write())
+    (low_left, low_right), (up_left, up_right) = CORNERS
+    expected = [[low_right, up_right], [low_left, up_left]]
+    np.testing.assert_allclose(corners_of(image), expected, atol=1e-3)
+
+
+def test_wraps_differ_per_direction(tmp_path: Path) -> None:
+    """The coordinates span [-1, 2]: three periods across, black above and below."""
+    writer = SceneWriter(tmp_path)
+    transform = {"scale": [3.0, 3.0], "translation": [-1.0, -1.0]}
+    wraps = {"wrap_s": "mirror", "wrap_t": "black"}
+    textured(writer, writer.texture((0, CORNERS)), wraps, transform)
+    writer.record["settings"]["resolution"] = [48, 48]
+    image = render(writer.write())
+    assert image[:15].max() == 0.0
+    assert image[33:].max() == 0.0
+    np.testing.assert_allclose(
+        image[31, [0, 15, 16, 31, 32, 47]], CORNERS[0, [1, 0, 0, 1, 1, 0]], atol=1e-2
+    )
+
+
+def test_udim(tmp_path: Path) -> None:
+    writer = SceneWriter(tmp_path)
+    tiles = [(1001 + idx, np.full((1, 1, 3), 1.0 + idx)) for idx in (0, 1, 10)]
+    textured(writer, writer.texture(*tiles), transform={"scale": [2.0, 2.0]})
+    image = render(writer.write())
+    np.testing.assert_allclose(corners_of(image)[..., 0], [[1.0, 2.0], [11.0, 0.0]], atol=1e-3)
+
+
+def test_rect_light_texture_is_upright_where_it_shines(tmp_path: Path) -> None:
+    writer = SceneWriter(tmp_path)
+    texture = writer.texture((0, CORNERS))
+    # Turned about y to face the camera, which looks along -z.
+    facing = np.diag([-1.0, 1.0, -1.0, 1.0])
+    facing[2, 3] = -1.0
+    shape = {"type": "rect", "width": 2.0, "height": 2.0}
+    writer.record["lights"] = [light(shape, facing, texture=texture)]
+    writer.record["camera"] = camera(np.eye(4), screen_window=[-1, -1, 1, 1])
+    writer.record["settings"] |= {"resolution": [32, 32], "samples_per_pixel": 4}
+    image = render(writer.write())
+    np.testing.assert_allclose(corners_of(image), CORNERS, atol=1e-3)
+
+
+@pytest.mark.parametrize("turn_degrees", [0.0, 90.0])
+def test_dome_texture_is_where_usd_puts_it(tmp_path: Path, turn_degrees: float) -> None:
+    """The columns of the image lie at longitudes -135, -45, 45 and 135 degrees from +z to +x.
+
+    Longitude grows toward the left of the image.
+    """
+    writer = SceneWriter(tmp_path)
+    columns = np.float32([1, 2, 3, 4])
+    rows = np.float32([10, 20])
+    picture = rows[:, None, None] + columns[None, :, None] + np.zeros((1, 1, 3))
+    turn = math.radians(turn_degrees)
+    spin = np.eye(4)
+    spin[np.ix_([0, 2], [0, 2])] = [
+        [math.cos(turn), math.sin(turn)],
+        [-math.sin(turn), math.cos(turn)],
+    ]
+    scaled = spin @ np.diag([3.0, 3.0, 3.0, 1.0])
+    writer.record["lights"] = [
+        light({"type": "dome"}, scaled, texture=writer.texture((0, picture)))
+    ]
+    for longitude, column in ((135.0, 1.0), (45.0, 2.0), (-45.0, 3.0), (-135.0, 4.0)):
+        angle = math.radians(longitude + turn_degrees)
+        forward = np.array([math.sin(angle), 1.0, math.cos(angle)]) / math.sqrt(2.0)
+        right = np.cross(forward, (0.0, 1.0, 0.0))
+        right /= np.linalg.norm(right)
+        view = np.eye(4)
+        view[:3, :3] = np.stack([right, np.cross(right, forward), -forward], axis=1)
+        writer.record["camera"] = camera(view)
+        check(render(writer.write(), "--samples", "4"), 20.0 + column)
+
+
+def test_exposure_and_emission_of_both_sides(tmp_path: Path) -> None:
+    writer = SceneWriter(tmp_path)
+    writer.floor(material=emitter(writer, [1.0, 2.0, 3.0]))
+    below = np.diag([1.0, -1.0, -1.0, 1.0]) @ look_down()
+    for view in (look_down(), below):
+        writer.record["camera"] = camera(view, exposure_scale=40.0)
+        check(render(writer.write(), "--samples", "4"), [40.0, 80.0, 120.0])
+
+
+@pytest.mark.parametrize(("ior", "roughness"), [(1.5, 0.0), (1.5, 0.3)])
+def test_glass_passes_and_reflects_all_light(tmp_path: Path, ior: float, roughness: float) -> None:
+    """In a white furnace a pane of glass cannot be seen."""
+    writer = SceneWriter(tmp_path)
+    glass = {"opacity": 0.0, "ior": ior, "roughness": roughness}
+    writer.record["materials"] = [constant_material("UsdPreviewSurface", **glass)]
+    writer.floor()
+    writer.chunk([(-1, -0.1, 1), (1, -0.1, 1), (1, -0.1, -1)], [(0, 2, 1)])
+    writer.record["lights"] = [light({"type": "dome"}, np.eye(4))]
+    writer.record["settings"] |= {"max_depth": 32}
+    check(render(writer.write()), 1.0)
+
+
+@pytest.mark.parametrize("mode", [0.0, 1.0])
+def test_opacity_modes(tmp_path: Path, mode: float) -> None:
+    """A black surface without opacity keeps its highlight when transparent, not in presence."""
+    writer = SceneWriter(tmp_path)
+    surface = {"diffuseColor": [0.0] * 3, "opacity": 0.0, "opacityMode": mode, "roughness": 0.0}
+    writer.record["materials"] = [constant_material("UsdPreviewSurface", **surface)]
+    writer.floor()
+    # Above the floor alone is light.
+    above = distance(10.0) @ pointing_down()
+    shape = {"type": "rect", "width": 30.0, "height": 30.0}
+    writer.record["lights"] = [light(shape, above, visible_to_camera=False)]
+    reflected = ((1.5 - 1.0) / (1.5 + 1.0)) ** 2
+    image = render(writer.write())
+    np.testing.assert_allclose(image.mean(), (1.0 - mode) * reflected, atol=2e-3)
