@@ -2,8 +2,8 @@
 
 These records are the whole contract between `kilauea.usd` (which fills them in) and
 `kilauea._native` (which reads their attributes). They hold no USD objects. Arrays are C-contiguous
-and are read in place through the buffer protocol: `float32` and `int32` NumPy arrays, or any other
-object with such a buffer (a `Vt` array, for one).
+`float32` and `int32` NumPy arrays and are read in place; an array made from a `Vt` array without a
+copy is as good as any other.
 
 A matrix is a tuple of 16 floats in USD's order: row vectors, rows one after the other, translation
 last.
@@ -16,9 +16,9 @@ from typing import Any
 
 Matrix = tuple[float, ...]
 FloatArray = Any
-"""A C-contiguous float32 buffer."""
+"""A C-contiguous float32 array."""
 IntArray = Any
-"""A C-contiguous int32 buffer."""
+"""A C-contiguous int32 array."""
 
 WORLD = 0
 """The prototype that is the stage itself; every other one is placed by `Instances`."""
@@ -121,7 +121,7 @@ class Instances:
     prototype: int
     """The prototype that is placed."""
     parent_from_prototype: Any
-    """A C-contiguous float64 buffer (n, 4, 4), each as `Matrix`."""
+    """A C-contiguous float64 array (n, 4, 4), each as `Matrix`."""
     primvars: list[Primvar] = field(default_factory=list)
     """One value per instance (`vertex`), or `constant`; they stand in for the prototype's."""
 
@@ -151,7 +151,7 @@ class Frame:
     """Authored fields of `kilauea_scene::RenderSettings`; the rest have defaults."""
     warnings: list[str] = field(default_factory=list)
     """What was found and is not rendered, each with the prim path."""
+    notes: list[str] = field(default_factory=list)
+    """What was chosen where the stage says nothing, and USD's own remarks; never an error."""
     missing: list[str] = field(default_factory=list)
     """Layers, textures and shaders that could not be found; `--strict` makes them an error."""
-
-

@@ -40,4 +40,4 @@ def read_ints(attribute: Usd.Attribute, time: Usd.TimeCode) -> NDArray[np.int32]
 
 def matrix(value: Gf.Matrix4d) -> payload.Matrix:
     """Return a matrix as the payload has it."""
-    return tuple(c for row in value for c in row)
+    return tuple(np.array(value).ravel().tolist())

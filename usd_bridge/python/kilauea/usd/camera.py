@@ -125,7 +125,7 @@ def _default_framing(cx: Context, spec: RenderSpec) -> dict[str, Any]:
     toward_viewer = Gf.Vec3d(0, -1, 0) if z_up else Gf.Vec3d(0, 0, 1)
     turn = Gf.Rotation(Gf.Vec3d(1, 0, 0), 90 if z_up else 0)
     eye = bounds.GetMidpoint() + distance * toward_viewer
-    cx.frame.warnings.append("the stage has no camera: framing its bounds from the front")
+    cx.frame.notes.append("the stage has no camera: framing its bounds from the front")
     return {
         "path": DEFAULT_FRAMING,
         "world_from_camera": list(matrix(Gf.Matrix4d(turn, eye))),

@@ -129,7 +129,7 @@ def place_lights(cx: Context) -> None:
     def holds_lights(index: int) -> bool:
         if index not in lit:
             lit[index] = bool(spaces[index].lights) or any(
-                [holds_lights(i.prototype) for i in placements.get(index, ())]
+                holds_lights(i.prototype) for i in placements.get(index, ())
             )
         return lit[index]
 

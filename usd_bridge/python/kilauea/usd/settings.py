@@ -8,22 +8,12 @@ from typing import Any
 
 from pxr import Usd, UsdGeom, UsdRender
 
+from kilauea import aovs
 from kilauea.errors import UsageError
 from kilauea.usd.options import FlattenOptions
 
 DEFAULT_RESOLUTION = (640, 360)
 """Of stages without settings, as in `kilauea_scene::RenderSettings`."""
-
-_AOV_NAMES = {
-    **dict.fromkeys(("Ci", "C", "C.*", "color", "rgba", "RGBA", "beauty"), "beauty"),
-    **dict.fromkeys(("z", "Z", "depth", "Pz", "linearDepth"), "depth"),
-    **dict.fromkeys(("N", "Nn", "normal", "Neye"), "normal"),
-    **dict.fromkeys(("P", "Peye", "position"), "position"),
-    **dict.fromkeys(("primId", "primid"), "primId"),
-    **dict.fromkeys(("instanceId", "instanceid"), "instanceId"),
-    **dict.fromkeys(("albedo", "diffuseAlbedo"), "albedo"),
-    **dict.fromkeys(("st", "uv"), "st"),
-}
 
 _ENGINE_ATTRIBUTES = {
     "kilauea:samplesPerPixel": "samples_per_pixel",
@@ -171,7 +161,7 @@ def _read_var(spec: RenderSpec, var: UsdRender.Var, path: str, time: Usd.TimeCod
     driver = var.GetPrim().GetAttribute("driver:parameters:aov:name")
     names = [source, str(driver.Get(time) or "") if driver else ""]
     source_type = var.GetSourceTypeAttr().Get(time)
-    aov = next((_AOV_NAMES[n] for n in names if n in _AOV_NAMES), None)
+    aov = next(filter(None, map(aovs.canonical, names)), None)
     if aov is None:
         spec.warnings.append(f"{path}: {source_type} source {source!r} is not rendered yet")
     elif aov not in spec.aovs:

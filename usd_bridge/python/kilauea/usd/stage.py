@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from pxr import Ar, Gf, Sdf, Tf, Usd, UsdGeom
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom
 
 from kilauea import payload
 from kilauea.errors import StageError
@@ -41,17 +41,15 @@ class SourceStage:
 
     def __init__(self, path: str, mask: tuple[str, ...] = ()) -> None:
         self.path = path
-        self._warnings: list[str] = []
+        remarks: list[str] = []
         try:
-            with captured(self._warnings):
+            with captured(remarks):
                 self._stage = _open(path, mask)
         except Tf.ErrorException as error:
             raise StageError(f"cannot open stage {path}: {error_line(error)}") from None
-        missing, faults = composition_report(self._stage)
-        self._missing = missing
-        reported = (*missing, *faults)
-        others = [w for w in self._warnings if not any(line in w for line in reported)]
-        self._warnings = [*faults, *others]
+        self._missing, self._warnings = composition_report(self._stage)
+        reported = (*self._missing, *self._warnings)
+        self._notes = [r for r in remarks if not any(line in r for line in reported)]
 
     @property
     def frames_per_second(self) -> float:
@@ -73,14 +71,18 @@ class SourceStage:
         """Flatten the stage at the options' time code."""
         time = self._time(options)
         options = dataclasses.replace(options, time=time)
-        frame = payload.Frame(self.path, time, missing=list(self._missing))
-        messages = list(self._warnings)
+        frame = payload.Frame(
+            self.path,
+            time,
+            warnings=list(self._warnings),
+            notes=list(self._notes),
+            missing=list(self._missing),
+        )
         try:
-            with captured(messages):
+            with captured(frame.notes):
                 self._fill(frame, options)
         except Tf.ErrorException as error:
             raise StageError(f"cannot read stage {self.path}: {error_line(error)}") from None
-        frame.warnings = list(dict.fromkeys((*frame.warnings, *messages)))
         return frame
 
     def _time(self, options: FlattenOptions) -> float:
@@ -114,7 +116,7 @@ class SourceStage:
         frame.warnings += [*spec.warnings, *cx.notes.lines()]
         if not frame.lights and (camera is None or not _emits(frame)):
             frame.lights.append(_default_light())
-            frame.warnings.append("the stage has no light: lit by a white dome of radiance 1")
+            frame.notes.append("the stage has no light: lit by a white dome of radiance 1")
 
 
 def _open(path: str, mask: tuple[str, ...]) -> Usd.Stage:

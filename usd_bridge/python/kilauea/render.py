@@ -1,0 +1,149 @@
+"""One frame through the engine: build, render, write, report."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from kilauea import interrupt
+from kilauea.clock import process_age
+from kilauea.errors import KilaueaError
+from kilauea.payload import Frame
+from kilauea.progress import Progress, duration
+
+DEFAULTS: dict[str, Any] = {
+    "resolution": [640, 360],
+    "pixel_aspect_ratio": 1.0,
+    "data_window": None,
+    "samples_per_pixel": 64,
+    "max_depth": 16,
+    "seed": 0,
+    "filter": "blackman-harris",
+    "filter_radius": None,
+    "threads": 0,
+    "time_limit_secs": None,
+    "aovs": [],
+    "texture_memory_bytes": 1 << 30,
+    "specialize": True,
+}
+"""As in `kilauea_scene::RenderSettings`."""
+
+MAX_CHUNK_TRIANGLES = 65536
+_POLL_SECS = 0.1
+_SHORTEST_LIMIT_SECS = 0.001
+
+
+@dataclass(slots=True)
+class RenderOptions:
+    """How a frame is rendered and where it goes."""
+
+    outputs: list[str]
+    settings: dict[str, Any] = field(default_factory=dict)
+    """Fields of `kilauea_scene::RenderSettings` that stand over those of the stage."""
+    max_subdivision_level: int = 4
+    time_limit: float | None = None
+    """Seconds since the process began."""
+    frames_per_second: float = 24.0
+    stats_file: str | None = None
+    load_secs: float = 0.0
+    """What opening and flattening the stage took."""
+    verbosity: int = 2
+    alfred: bool = False
+    """Print `ALF_PROGRESS` lines."""
+
+
+def native() -> Any:
+    """Import the engine."""
+    try:
+        return importlib.import_module("kilauea._native")
+    except ImportError as error:
+        raise KilaueaError(f"the engine is not installed: {error}") from None
+
+
+def settings_record(frame: Frame, options: RenderOptions) -> dict[str, Any]:
+    """Merge defaults, the stage's settings and the command line's, later ones winning."""
+    record = {**DEFAULTS, **frame.settings, **options.settings}
+    if options.time_limit is not None:
+        left = options.time_limit - process_age()
+        record["time_limit_secs"] = max(left, _SHORTEST_LIMIT_SECS)
+    return record
+
+
+def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
+    """Render a frame, write its files and return its statistics.
+
+    Raises
+    ------
+    KilaueaError
+        The engine refuses the scene, or the files cannot be written.
+    """
+    engine = native()
+    build_options = {
+        "resolution": (frame.settings | options.settings).get("resolution", DEFAULTS["resolution"]),
+        "max_subdivision_level": options.max_subdivision_level,
+        "max_chunk_triangles": MAX_CHUNK_TRIANGLES,
+    }
+    try:
+        scene = interrupt.run(lambda: engine.build_scene(frame, json.dumps(build_options)))
+        warnings = [*frame.warnings, *frame.notes, *scene.warnings()]
+        metadata = {
+            "stage": frame.stage,
+            "frame": frame.time,
+            "frames_per_second": options.frames_per_second,
+            "camera": frame.camera["path"],
+            "warnings": warnings + [f"missing: {m}" for m in frame.missing],
+        }
+        settings = settings_record(frame, options)
+        job = scene.render(json.dumps(settings), json.dumps(metadata))
+        _wait(job, Progress(options.verbosity >= 2, options.alfred))
+        stats = interrupt.run(lambda: json.loads(job.finish(options.outputs)), interrupt.GRACE_SECS)
+    except (engine.SceneError, engine.RenderError) as error:
+        raise KilaueaError(str(error)) from None
+    _complete(stats, frame, warnings, options)
+    if options.stats_file:
+        Path(options.stats_file).write_text(json.dumps(stats, indent=2) + "\n")
+    return stats
+
+
+def summary(stats: dict[str, Any], outputs: list[str]) -> str:
+    """Describe a finished frame in one line."""
+    times = stats.get("times", {})
+    rays = stats.get("rays", {})
+    parts = [", ".join(outputs) or "no file"]
+    samples = stats.get("samples_per_pixel")
+    if samples is not None:
+        parts.append(f"{samples:g} samples")
+    parts.append(duration(times["total"]) if times["total"] >= 60 else f"{times['total']:.1f} s")
+    render_secs = times.get("render")
+    if render_secs and rays:
+        parts.append(f"{sum(rays.values()) / render_secs / 1e6:.2f} Mrays/s")
+    return "  ".join(parts)
+
+
+def _wait(job: Any, progress: Progress) -> None:
+    try:
+        while not job.wait(_POLL_SECS):
+            progress.update(*job.progress())
+    except KeyboardInterrupt:
+        progress.close()
+        interrupt.cancel(job)
+    progress.close()
+
+
+def _complete(
+    stats: dict[str, Any], frame: Frame, warnings: list[str], options: RenderOptions
+) -> None:
+    """Add what only this side knows."""
+    times = stats.setdefault("times", {})
+    times["load"] = options.load_secs
+    times["total"] = process_age()
+    stats["stage"] = frame.stage
+    stats["frame"] = frame.time
+    stats["outputs"] = options.outputs
+    stats["warnings"] = list(dict.fromkeys((*warnings, *stats.get("warnings", ()))))
+    stats["missing"] = frame.missing
+    stats["date"] = time.strftime("%Y-%m-%dT%H:%M:%S%z")
