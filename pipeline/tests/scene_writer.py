@@ -156,6 +156,14 @@ class SceneWriter:
         corners = [(-half, 0, half), (half, 0, half), (half, 0, -half), (-half, 0, -half)]
         self.chunk(corners, [(0, 1, 2), (0, 2, 3)], material, **fields)
 
+    def inward_box(self, material: dict[str, Any]) -> None:
+        """A closed box from -1 to 1, seen from its centre."""
+        self.record["materials"] = [material]
+        corners = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+        quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        self.chunk(corners, [t for a, b, c, d in quads for t in ((a, c, b), (a, d, c))])
+        self.record["camera"] = camera(np.eye(4), screen_window=[-1, -1, 1, 1])
+
     def write(self) -> Path:
         (self.folder / "scene.json").write_text(json.dumps(self.record))
         return self.folder

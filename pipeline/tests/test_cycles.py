@@ -115,12 +115,7 @@ def test_irradiance_under_a_light(
 def test_depth_counts_the_bounce_toward_the_light(tmp_path: Path, max_depth: int) -> None:
     writer = SceneWriter(tmp_path)
     half = [0.5] * 3
-    writer.record["materials"] = [constant_material("Matte", diffuseColor=half, emissiveColor=half)]
-    corners = [(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
-    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    inward = [triangle for a, b, c, d in quads for triangle in ((a, c, b), (a, d, c))]
-    writer.chunk(corners, inward)
-    writer.record["camera"] = camera(np.eye(4), screen_window=[-1, -1, 1, 1])
+    writer.inward_box(constant_material("Matte", diffuseColor=half, emissiveColor=half))
     writer.record["settings"] |= {"max_depth": max_depth, "samples_per_pixel": 1024}
     # Emission 1/2 and albedo 1/2: the geometric series, cut after max_depth + 1 terms.
     check(render(writer.write()), 1.0 - 0.5 ** (max_depth + 1))

@@ -1,0 +1,1 @@
+"""Builds a Mitsuba scene from an exported scene. The variant is chosen before importing this."""

@@ -1,0 +1,87 @@
+"""Diffuse surfaces and emission; UsdPreviewSurface with constant inputs as `principled`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from mitsuba_scene.errors import UnsupportedError
+
+if TYPE_CHECKING:
+    from exported import ExportedScene
+
+PRINCIPLED = {
+    "roughness": ("roughness", 0.5),
+    "metallic": ("metallic", 0.0),
+    "eta": ("ior", 1.5),
+    "clearcoat": ("clearcoat", 0.0),
+}
+"""Input and default of UsdPreviewSurface for each parameter."""
+UNSUPPORTED = ("normal", "displacement", "opacityThreshold", "useSpecularWorkflow")
+
+
+class Materials:
+    """Reads the material records of a scene."""
+
+    def __init__(self, scene: ExportedScene) -> None:
+        self.records = scene.materials
+
+    def any_emits(self) -> bool:
+        """Whether any material shines."""
+        return any(self.emission(idx) is not None for idx in range(len(self.records)))
+
+    def emission(self, idx: int) -> dict[str, Any] | None:
+        """Return the radiance of a material, None where it has none."""
+        record = self.records[idx]
+        if "emissiveColor" not in record["inputs"]:
+            return None
+        value = constant(record, "emissiveColor", None)
+        return {"type": "rgb", "value": value} if any(value) else None
+
+    def bsdf(self, idx: int, attributes: dict[str, str]) -> dict[str, Any]:
+        """Return the surface of a material on a mesh.
+
+        `attributes` names the mesh attribute of each primvar that the mesh has.
+        """
+        record = self.records[idx]
+        if record["shader"] == "Matte":
+            colour = diffuse_colour(record, attributes, (0.5, 0.5, 0.5))
+            return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": colour}}
+        if record["shader"] != "UsdPreviewSurface":
+            raise UnsupportedError(f"{record['path']}: the shader {record['shader']}")
+        for name in UNSUPPORTED:
+            if name in record["inputs"] and constant(record, name, 0.0) not in (0.0, (0, 0, 1)):
+                raise UnsupportedError(f"{record['path']}: the input {name}")
+        if constant(record, "opacity", 1.0) != 1.0:
+            raise UnsupportedError(f"{record['path']}: opacity")
+        parameters: dict[str, Any] = {
+            plugin: constant(record, name, default)
+            for plugin, (name, default) in PRINCIPLED.items()
+        }
+        parameters["base_color"] = diffuse_colour(record, attributes, (0.18, 0.18, 0.18))
+        return {"type": "twosided", "bsdf": {"type": "principled", **parameters}}
+
+
+def diffuse_colour(
+    record: dict[str, Any], attributes: dict[str, str], default: tuple[float, float, float]
+) -> dict[str, Any]:
+    """Return the colour of a surface: constant or a primvar."""
+    source = record["inputs"].get("diffuseColor")
+    node = None if source is None else record["nodes"][source["node"]]
+    if node is not None and node["type"] == "primvar" and source["channel"] == "rgb":
+        if node["name"] in attributes:
+            return {"type": "mesh_attribute", "name": attributes[node["name"]]}
+        return {"type": "rgb", "value": node["fallback"][:3]}
+    return {"type": "rgb", "value": constant(record, "diffuseColor", default)}
+
+
+def constant(record: dict[str, Any], name: str, default: Any) -> Any:
+    """Return an input that is the same everywhere: a number, or a triple for whole colours."""
+    source = record["inputs"].get(name)
+    if source is None:
+        return default
+    node = record["nodes"][source["node"]]
+    if node["type"] != "constant":
+        raise UnsupportedError(f"{record['path']}: a pattern for {name}")
+    if source["channel"] == "rgb" and not isinstance(default, float):
+        return tuple(node["value"][:3])
+    return node["value"]["rgba".index(source["channel"]) if source["channel"] != "rgb" else 0]
