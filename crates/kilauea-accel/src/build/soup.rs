@@ -1,0 +1,93 @@
+use crate::geometry::Geometry;
+use kilauea_math::{DAffine3, DVec3, Vec3A};
+use obvhs::Boundable;
+use obvhs::aabb::Aabb;
+
+/// Coordinates beyond this are refused: areas and edge functions must stay finite in `f32`.
+pub(crate) const MAX_COORDINATE: f32 = 1e13;
+
+/// A triangle with the ids a hit on it reports.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SoupTriangle {
+    pub(crate) v: [[f32; 3]; 3],
+    pub(crate) triangle: u32,
+    pub(crate) instance: u32,
+}
+
+impl SoupTriangle {
+    pub(crate) fn bounds(&self) -> Aabb {
+        Aabb::from_points(&self.v.map(Vec3A::from_array))
+    }
+
+    /// In range, and not so thin that its area is zero.
+    fn is_valid(&self) -> bool {
+        let in_range = self.v.iter().flatten().all(|x| x.abs() <= MAX_COORDINATE);
+        let [a, b, c] = self.v.map(|p| DVec3::from_array(p.map(f64::from)));
+        in_range && (b - a).cross(c - a) != DVec3::ZERO
+    }
+}
+
+impl Boundable for SoupTriangle {
+    fn aabb(&self) -> Aabb {
+        self.bounds()
+    }
+}
+
+/// The valid triangles of one tree.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Soup {
+    pub(crate) triangles: Vec<SoupTriangle>,
+    /// Triangles left out: bad index, coordinate that is not finite or too large, zero area.
+    pub(crate) n_rejected: usize,
+}
+
+impl Soup {
+    /// A geometry in its own space.
+    pub(crate) fn from_geometry(geometry: &Geometry<'_>) -> Self {
+        let mut soup = Self::default();
+        soup.add_with(geometry, 0, |p| p);
+        soup
+    }
+
+    /// Adds a geometry in engine space, as the placement `instance`.
+    pub(crate) fn add_baked(
+        &mut self,
+        geometry: &Geometry<'_>,
+        instance: u32,
+        world_from_geometry: &DAffine3,
+    ) {
+        if *world_from_geometry == DAffine3::IDENTITY {
+            return self.add_with(geometry, instance, |p| p);
+        }
+        self.add_with(geometry, instance, |p| {
+            let p = DVec3::from_array(p.map(f64::from));
+            world_from_geometry.transform_point3(p).as_vec3().to_array()
+        });
+    }
+
+    fn add_with(
+        &mut self,
+        geometry: &Geometry<'_>,
+        instance: u32,
+        place: impl Fn([f32; 3]) -> [f32; 3],
+    ) {
+        let mut triangle = 0;
+        for (positions, indices) in &geometry.meshes {
+            self.triangles.reserve(indices.len());
+            for corners in *indices {
+                let v = corners.map(|i| positions.get(i as usize).copied());
+                let candidate = SoupTriangle {
+                    v: v.map(|p| place(p.unwrap_or([f32::NAN; 3]))),
+                    triangle,
+                    instance,
+                };
+                if candidate.is_valid() {
+                    self.triangles.push(candidate);
+                } else {
+                    self.n_rejected += 1;
+                }
+                triangle += 1;
+            }
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! The tree as the kernels read it.
+
+use crate::ray::Hit;
+use kilauea_math::{Bounds3, Vec3};
+
+/// Marks a child link as a leaf block (or an instance, in the top tree).
+pub(crate) const LEAF: u32 = 1 << 31;
+/// The link of an unused lane.
+pub(crate) const EMPTY: u32 = u32::MAX;
+/// Entries of the traversal stack; builds keep every tree within it.
+pub(crate) const STACK_CAPACITY: usize = 512;
+
+/// The bounds of up to eight children, one lane each.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Node8 {
+    /// Low x, high x, low y, high y, low z, high z. Unused lanes hold an inverted infinite box.
+    pub(crate) planes: [[f32; 8]; 6],
+    /// Node index, or leaf index with [`LEAF`], or [`EMPTY`].
+    pub(crate) child: [u32; 8],
+    /// Rounds the node up to four cache lines.
+    pub(crate) unused: [u32; 8],
+}
+
+impl Node8 {
+    pub(crate) const NONE: Self = Self {
+        planes: [
+            [f32::INFINITY; 8],
+            [f32::NEG_INFINITY; 8],
+            [f32::INFINITY; 8],
+            [f32::NEG_INFINITY; 8],
+            [f32::INFINITY; 8],
+            [f32::NEG_INFINITY; 8],
+        ],
+        child: [EMPTY; 8],
+        unused: [0; 8],
+    };
+
+    /// The lanes with a child.
+    pub(crate) fn used_lanes(&self) -> impl Iterator<Item = usize> {
+        (0..8).filter(|&lane| self.child[lane] != EMPTY)
+    }
+
+    /// A box around all children.
+    pub(crate) fn bounds(&self) -> Bounds3 {
+        self.used_lanes().fold(Bounds3::EMPTY, |bounds, lane| {
+            let (min, max) = self.lane_bounds(lane);
+            bounds.union(&Bounds3 {
+                min: Vec3::from_array(min),
+                max: Vec3::from_array(max),
+            })
+        })
+    }
+
+    /// Lowest and highest corner of a lane.
+    pub(crate) fn lane_bounds(&self, lane: usize) -> ([f32; 3], [f32; 3]) {
+        (
+            [0, 1, 2].map(|axis| self.planes[2 * axis][lane]),
+            [0, 1, 2].map(|axis| self.planes[2 * axis + 1][lane]),
+        )
+    }
+}
+
+/// Four triangles, one lane each; unused lanes hold NaN, which no test accepts.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct Leaf4 {
+    /// Positions by vertex, axis, lane.
+    pub(crate) v: [[[f32; 4]; 3]; 3],
+    /// Triangle within its geometry.
+    pub(crate) triangle: [u32; 4],
+    /// Placement, for triangles baked into engine space; otherwise zero.
+    pub(crate) instance: [u32; 4],
+    /// Rounds the block up to three cache lines.
+    pub(crate) unused: [u32; 4],
+}
+
+impl Leaf4 {
+    pub(crate) const NONE: Self = Self {
+        v: [[[f32::NAN; 4]; 3]; 3],
+        triangle: [u32::MAX; 4],
+        instance: [0; 4],
+        unused: [0; 4],
+    };
+
+    /// The hit of a lane, for the tree of `id_base`.
+    #[inline(always)]
+    pub(crate) fn hit(&self, lane: usize, [t, u, v]: [f32; 3], id_base: u32) -> Hit {
+        Hit {
+            t,
+            u,
+            v,
+            triangle: self.triangle[lane],
+            instance: id_base + self.instance[lane],
+        }
+    }
+}
+
+/// A bounding volume hierarchy; node 0 is the root and always exists.
+#[derive(Clone, Debug)]
+pub(crate) struct Tree {
+    pub(crate) nodes: Vec<Node8>,
+    pub(crate) leaves: Vec<Leaf4>,
+    /// Triangles that leaves hold at least once.
+    pub(crate) n_triangles: usize,
+}
+
+impl Tree {
+    pub(crate) fn n_bytes(&self) -> usize {
+        size_of_val(self.nodes.as_slice()) + size_of_val(self.leaves.as_slice())
+    }
+}
+
+const _: () = assert!(size_of::<Node8>() == 256 && size_of::<Leaf4>() == 192);

@@ -1,0 +1,87 @@
+use kilauea_math::Vec3;
+
+/// A half-open segment of a line: the points `origin + t * dir` with `t_min < t <= t_max`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Start of the line, engine space.
+    pub origin: Vec3,
+    /// Direction of any length but zero; `t` counts in this length.
+    pub dir: Vec3,
+    /// Exclusive lower end; negative counts as zero.
+    pub t_min: f32,
+    /// Inclusive upper end; may be infinite.
+    pub t_max: f32,
+}
+
+impl Ray {
+    /// The whole half line from `origin`.
+    #[inline]
+    pub fn new(origin: Vec3, dir: Vec3) -> Self {
+        Self {
+            origin,
+            dir,
+            t_min: 0.0,
+            t_max: f32::INFINITY,
+        }
+    }
+
+    /// The point at `t`.
+    #[inline]
+    pub fn at(&self, t: f32) -> Vec3 {
+        self.origin + t * self.dir
+    }
+
+    /// Whether the ray can hit anything: no NaN, finite ends of the line, a direction, a range.
+    #[inline]
+    pub(crate) fn is_valid(&self) -> bool {
+        self.origin.is_finite()
+            && self.dir.is_finite()
+            && self.dir != Vec3::ZERO
+            && self.t_min.max(0.0) < self.t_max
+            && !self.t_min.is_nan()
+    }
+
+    /// Whether the direction is too long or short for reciprocals and shears in `f32`.
+    #[inline]
+    pub(crate) fn has_extreme_dir(&self) -> bool {
+        !(1e-9..1e9).contains(&self.dir.abs().max_element())
+    }
+
+    /// The same ray with a direction whose largest component is about one, and the factor that
+    /// takes its distances to those of `self`.
+    pub(crate) fn with_moderate_dir(&self) -> (Self, f64) {
+        let factor = 1.0 / f64::from(self.dir.abs().max_element());
+        let scaled = Self {
+            origin: self.origin,
+            dir: (self.dir.as_dvec3() * factor).as_vec3(),
+            t_min: (f64::from(self.t_min) / factor) as f32,
+            t_max: (f64::from(self.t_max) / factor) as f32,
+        };
+        (scaled, factor)
+    }
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in lengths of the ray's direction.
+    pub t: f32,
+    /// Barycentric weight of the triangle's second vertex.
+    pub u: f32,
+    /// Barycentric weight of the triangle's third vertex.
+    pub v: f32,
+    /// Triangle within its geometry, counted through the meshes in order.
+    pub triangle: u32,
+    /// Index of the placement.
+    pub instance: u32,
+}
+
+impl Hit {
+    /// The order in which hits win: nearest, then lowest instance, then lowest triangle.
+    #[inline(always)]
+    pub(crate) fn wins_over(&self, other: &Self) -> bool {
+        self.t < other.t
+            || (self.t == other.t
+                && (self.instance, self.triangle) < (other.instance, other.triangle))
+    }
+}

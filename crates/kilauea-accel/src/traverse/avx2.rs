@@ -1,0 +1,41 @@
+//! Kernels for x86-64 processors with AVX2 and FMA.
+#![allow(
+    unsafe_code,
+    reason = "vector loads, unchecked links and the uninitialised stack of the hot loops"
+)]
+
+#[cfg(target_arch = "x86_64")]
+mod x86;
+#[cfg(target_arch = "x86_64")]
+pub(crate) use x86::Avx2;
+
+#[cfg(not(target_arch = "x86_64"))]
+mod absent {
+    use crate::ray::{Hit, Ray};
+    use crate::traverse::Scene;
+
+    /// Kernels that this processor family does not have: no value exists.
+    #[derive(Clone, Copy, Debug)]
+    pub(crate) enum Avx2 {}
+
+    impl Avx2 {
+        pub(crate) fn detect() -> Option<Self> {
+            None
+        }
+
+        pub(crate) fn closest(
+            self,
+            _: Scene<'_>,
+            _: &Ray,
+            _: impl FnMut(&Hit) -> bool,
+        ) -> Option<Hit> {
+            match self {}
+        }
+
+        pub(crate) fn occluded(self, _: Scene<'_>, _: &Ray, _: impl FnMut(&Hit) -> bool) -> bool {
+            match self {}
+        }
+    }
+}
+#[cfg(not(target_arch = "x86_64"))]
+pub(crate) use absent::Avx2;

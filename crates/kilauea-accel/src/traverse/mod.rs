@@ -1,0 +1,59 @@
+//! The walks: one source, compiled once for every kernel.
+
+mod avx2;
+mod kernel;
+mod portable;
+mod stack;
+mod tree_ray;
+mod triangle;
+mod two_level;
+mod walk;
+
+pub(crate) use avx2::Avx2;
+pub(crate) use portable::Portable;
+pub(crate) use two_level::{Instance, Scene};
+
+use crate::ray::{Hit, Ray};
+
+/// Which kernels an accelerator runs, decided once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Isa {
+    Avx2(Avx2),
+    Portable(Portable),
+}
+
+impl Isa {
+    /// The widest kernels that this processor has.
+    pub(crate) fn detect(simd: bool) -> Self {
+        match Avx2::detect() {
+            Some(avx2) if simd => Self::Avx2(avx2),
+            _ => Self::Portable(Portable),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn closest(
+        self,
+        scene: Scene<'_>,
+        ray: &Ray,
+        keep: impl FnMut(&Hit) -> bool,
+    ) -> Option<Hit> {
+        match self {
+            Self::Avx2(avx2) => avx2.closest(scene, ray, keep),
+            Self::Portable(portable) => portable.closest(scene, ray, keep),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn occluded(
+        self,
+        scene: Scene<'_>,
+        ray: &Ray,
+        keep: impl FnMut(&Hit) -> bool,
+    ) -> bool {
+        match self {
+            Self::Avx2(avx2) => avx2.occluded(scene, ray, keep),
+            Self::Portable(portable) => portable.occluded(scene, ray, keep),
+        }
+    }
+}

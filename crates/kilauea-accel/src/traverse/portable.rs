@@ -1,0 +1,94 @@
+//! Kernels in plain Rust: the reference that the others equal bit for bit.
+
+use super::kernel::{Entries, Kernel};
+use super::stack::CheckedStack;
+use super::tree_ray::TreeRay;
+use super::two_level::{self, Scene};
+use crate::node::{Leaf4, Node8};
+use crate::ray::{Hit, Ray};
+
+/// The kernels that every processor has.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Portable;
+
+impl Portable {
+    pub(crate) fn closest(
+        self,
+        scene: Scene<'_>,
+        ray: &Ray,
+        keep: impl FnMut(&Hit) -> bool,
+    ) -> Option<Hit> {
+        two_level::closest(self, scene, ray, keep)
+    }
+
+    pub(crate) fn occluded(
+        self,
+        scene: Scene<'_>,
+        ray: &Ray,
+        keep: impl FnMut(&Hit) -> bool,
+    ) -> bool {
+        two_level::occluded(self, scene, ray, keep)
+    }
+}
+
+impl Kernel for Portable {
+    type NodeRay = TreeRay;
+    type LeafRay = TreeRay;
+    type Stack = CheckedStack;
+
+    fn node_ray(self, ray: &TreeRay) -> TreeRay {
+        *ray
+    }
+
+    fn leaf_ray(self, ray: &TreeRay) -> TreeRay {
+        *ray
+    }
+
+    fn slabs(self, ray: &TreeRay, limit: f32, node: &Node8) -> (u32, Entries) {
+        let mut near = [ray.t_min; 8];
+        let mut far = [limit; 8];
+        for axis in 0..3 {
+            let near_plane = &node.planes[ray.near_plane[axis]];
+            let far_plane = &node.planes[ray.near_plane[axis] ^ 1];
+            for lane in 0..8 {
+                let t_near = (near_plane[lane] - ray.origin[axis]) * ray.near_rcp[axis];
+                let t_far = (far_plane[lane] - ray.origin[axis]) * ray.far_rcp[axis];
+                near[lane] = near[lane].max(t_near);
+                far[lane] = far[lane].min(t_far);
+            }
+        }
+        let hit = (0..8).fold(0, |mask, lane| {
+            mask | u32::from(near[lane] <= far[lane]) << lane
+        });
+        (hit, Entries(near))
+    }
+
+    fn inside(self, ray: &TreeRay, leaf: &Leaf4) -> u32 {
+        let [kx, ky, kz] = ray.axes;
+        let mut mask = 0;
+        for lane in 0..4 {
+            let [a, b, c] = [0, 1, 2].map(|vertex| {
+                let p = leaf.v[vertex].map(|axis| axis[lane]);
+                let along = p[kz] - ray.origin[kz];
+                [
+                    (p[kx] - ray.origin[kx]) - ray.shear[0] * along,
+                    (p[ky] - ray.origin[ky]) - ray.shear[1] * along,
+                ]
+            });
+            let edges = [
+                c[0] * b[1] - c[1] * b[0],
+                a[0] * c[1] - a[1] * c[0],
+                b[0] * a[1] - b[1] * a[0],
+            ];
+            let inside = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
+            mask |= u32::from(inside) << lane;
+        }
+        mask
+    }
+
+    fn item<T>(self, items: &[T], link: u32) -> &T {
+        &items[link as usize]
+    }
+
+    fn prefetch<T>(self, _items: &[T], _link: u32) {}
+}

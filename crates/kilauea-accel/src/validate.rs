@@ -1,0 +1,110 @@
+use crate::accel::Accel;
+use crate::node::{LEAF, Leaf4, Node8, STACK_CAPACITY, Tree};
+use std::collections::BTreeSet;
+
+impl Accel {
+    /// Checks what the walks rely on: links in range, every node and leaf reached once, boxes
+    /// inside their parents' and around (parts of) their triangles, no triangle lost, and a stack
+    /// that suffices. For tests; costs as much as a build.
+    ///
+    /// # Errors
+    /// Says which node of which tree is wrong and how.
+    pub fn validate(&self) -> Result<(), String> {
+        for (index, tree) in self.trees.iter().enumerate() {
+            check_tree(tree).map_err(|error| format!("tree {index}: {error}"))?;
+        }
+        let Some(top) = &self.top else {
+            return Ok(());
+        };
+        if let Some(bad) = top
+            .instances
+            .iter()
+            .find(|instance| instance.tree as usize >= self.trees.len())
+        {
+            return Err(format!("top: no tree {}", bad.tree));
+        }
+        check_nodes(&top.nodes, top.instances.len(), |_, _, _| Ok(()))
+            .map_err(|error| format!("top: {error}"))
+    }
+}
+
+fn check_tree(tree: &Tree) -> Result<(), String> {
+    let mut seen = BTreeSet::new();
+    check_nodes(&tree.nodes, tree.leaves.len(), |leaf, low, high| {
+        let leaf = &tree.leaves[leaf];
+        for lane in (0..4).filter(|&lane| leaf.triangle[lane] != u32::MAX) {
+            seen.insert((leaf.instance[lane], leaf.triangle[lane]));
+            if !overlaps(leaf, lane, low, high) {
+                return Err(format!("triangle {} outside its leaf", leaf.triangle[lane]));
+            }
+        }
+        Ok(())
+    })?;
+    if seen.len() == tree.n_triangles {
+        Ok(())
+    } else {
+        Err(format!("{} of {} triangles", seen.len(), tree.n_triangles))
+    }
+}
+
+/// Walks all nodes; `check_leaf` gets a leaf and its box.
+fn check_nodes(
+    nodes: &[Node8],
+    n_leaves: usize,
+    mut check_leaf: impl FnMut(usize, [f32; 3], [f32; 3]) -> Result<(), String>,
+) -> Result<(), String> {
+    let mut node_visits = vec![0; nodes.len()];
+    let mut leaf_visits = vec![0; n_leaves];
+    let everywhere = ([f32::NEG_INFINITY; 3], [f32::INFINITY; 3]);
+    let mut open = vec![(0_usize, everywhere, 0)];
+    while let Some((index, (outer_low, outer_high), stack_below)) = open.pop() {
+        let node = &nodes[index];
+        node_visits[index] += 1;
+        if node_visits[index] > 1 {
+            return Err(format!("node {index} has two parents"));
+        }
+        let n_children = node.used_lanes().count();
+        if stack_below + n_children > STACK_CAPACITY {
+            return Err(format!("the stack is too small at node {index}"));
+        }
+        for lane in node.used_lanes() {
+            let (low, high) = node.lane_bounds(lane);
+            let is_inside = (0..3).all(|axis| {
+                outer_low[axis] <= low[axis]
+                    && low[axis] < high[axis]
+                    && high[axis] <= outer_high[axis]
+            });
+            if !is_inside {
+                return Err(format!("node {index}: lane {lane} leaves the parent's box"));
+            }
+            let link = (node.child[lane] & !LEAF) as usize;
+            if node.child[lane] & LEAF == 0 {
+                if link >= nodes.len() {
+                    return Err(format!("node {index}: no node {link}"));
+                }
+                open.push((link, (low, high), stack_below + n_children - 1));
+                continue;
+            }
+            *leaf_visits
+                .get_mut(link)
+                .ok_or_else(|| format!("node {index}: no leaf {link}"))? += 1;
+            check_leaf(link, low, high).map_err(|error| format!("node {index}: {error}"))?;
+        }
+    }
+    let all_once = node_visits.iter().chain(&leaf_visits).all(|&n| n == 1);
+    if all_once {
+        Ok(())
+    } else {
+        Err("a node or leaf is unreachable or shared".to_owned())
+    }
+}
+
+/// Whether the bounds of a triangle touch the box.
+fn overlaps(leaf: &Leaf4, lane: usize, low: [f32; 3], high: [f32; 3]) -> bool {
+    (0..3).all(|axis| {
+        let corners = [0, 1, 2].map(|vertex| leaf.v[vertex][axis][lane]);
+        let least = corners.into_iter().fold(f32::INFINITY, f32::min);
+        let most = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        least <= high[axis] && most >= low[axis]
+    })
+}
