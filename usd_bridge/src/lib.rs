@@ -1,1 +1,24 @@
-//! .
+//! The Python door: `kilauea._native`. Converts and calls; knows no USD and decides nothing.
+
+#![forbid(unsafe_code)]
+
+mod build;
+mod error;
+mod frame;
+mod image;
+mod job;
+mod scene;
+
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::build::build_scene;
+    #[pymodule_export]
+    use crate::error::{RenderError, SceneError};
+    #[pymodule_export]
+    use crate::image::compare;
+    #[pymodule_export]
+    use crate::job::RenderJob;
+    #[pymodule_export]
+    use crate::scene::Scene;
+}

@@ -1,1 +1,22 @@
-//! .
+//! Rendering: prepares a scene, traces paths on engine threads, and returns a film.
+//!
+//! [`PreparedScene`] holds all that is computed once; [`RenderJob`] is one frame of it.
+
+#![forbid(unsafe_code)]
+
+mod camera;
+mod error;
+mod geometry;
+mod integrator;
+mod job;
+mod light;
+mod needs;
+mod prepared;
+mod sampler;
+mod stats;
+
+pub use error::RenderError;
+pub use job::{RenderJob, RenderResult};
+pub use needs::SceneNeeds;
+pub use prepared::PreparedScene;
+pub use stats::{RenderStats, peak_rss_bytes};

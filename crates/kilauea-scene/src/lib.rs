@@ -10,6 +10,7 @@
 mod camera;
 mod chunk;
 mod error;
+mod export;
 mod instance;
 mod light;
 mod material;

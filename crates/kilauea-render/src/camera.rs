@@ -1,0 +1,158 @@
+//! Camera rays.
+
+use kilauea_accel::Ray;
+use kilauea_math::{DVec3, Vec2, Vec3, warp};
+use kilauea_scene::{Camera, Projection};
+
+/// The camera, ready to make rays in engine space.
+#[derive(Clone, Debug)]
+pub(crate) struct RayGenerator {
+    projection: Projection,
+    /// Engine-space eye and camera axes; the axes may be scaled.
+    eye: Vec3,
+    right: Vec3,
+    up: Vec3,
+    forward: Vec3,
+    window: [f32; 4],
+    resolution: Vec2,
+    lens_radius: f32,
+    focus_distance: f32,
+    clipping_range: [f32; 2],
+    /// Growth of a pixel's width per unit of distance.
+    spread: f32,
+    /// Width of a pixel at the camera.
+    width: f32,
+}
+
+/// A camera ray; `ray.dir` has unit length.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CameraRay {
+    /// The ray.
+    pub ray: Ray,
+    /// Distance along the ray per unit of depth along the view axis.
+    pub distance_per_depth: f32,
+}
+
+impl RayGenerator {
+    /// `origin_world` is the world-space point at the origin of engine space.
+    pub(crate) fn new(camera: &Camera, resolution: [u32; 2], origin_world: DVec3) -> Self {
+        let m = camera.world_from_camera;
+        let axis = |v: DVec3| m.transform_vector3(v).as_vec3();
+        let [left, bottom, right, top] = camera.screen_window.map(|x| x as f32);
+        let resolution = Vec2::new(resolution[0] as f32, resolution[1] as f32);
+        let pixel = ((right - left) / resolution.x)
+            .min((top - bottom) / resolution.y)
+            .abs();
+        let (spread, width) = match camera.projection {
+            Projection::Perspective => (pixel, 0.0),
+            Projection::Orthographic => (0.0, pixel),
+        };
+        Self {
+            projection: camera.projection,
+            eye: (m.transform_point3(DVec3::ZERO) - origin_world).as_vec3(),
+            right: axis(DVec3::X).normalize_or(Vec3::X),
+            up: axis(DVec3::Y).normalize_or(Vec3::Y),
+            forward: axis(DVec3::NEG_Z).normalize_or(Vec3::NEG_Z),
+            window: [left, bottom, right, top],
+            resolution,
+            lens_radius: camera.lens_radius as f32,
+            focus_distance: camera.focus_distance as f32,
+            clipping_range: camera.clipping_range.map(|x| x as f32),
+            spread,
+            width,
+        }
+    }
+
+    /// Width of a pixel after a distance, in scene units.
+    #[inline]
+    pub(crate) fn pixel_width(&self, distance: f32) -> f32 {
+        self.width + self.spread * distance
+    }
+
+    /// Whether rays need numbers for the lens.
+    pub(crate) fn has_lens(&self) -> bool {
+        self.lens_radius > 0.0 && self.focus_distance > 0.0
+    }
+
+    /// The ray through a raster point (pixels, y down) and a lens point in [0, 1)².
+    #[inline]
+    pub(crate) fn ray(&self, raster: Vec2, lens: Vec2) -> CameraRay {
+        let [left, bottom, right, top] = self.window;
+        let s = raster / self.resolution;
+        let x = left + s.x * (right - left);
+        let y = top + s.y * (bottom - top);
+        // Camera space: depth along +z here, so that directions read (x, y, 1).
+        let (mut origin, mut toward) = match self.projection {
+            Projection::Perspective => (Vec2::ZERO, Vec2::new(x, y)),
+            Projection::Orthographic => (Vec2::new(x, y), Vec2::ZERO),
+        };
+        if self.has_lens() {
+            let in_focus = origin + toward * self.focus_distance;
+            let lens = self.lens_radius * warp::concentric_disk(lens);
+            origin += lens;
+            toward = (in_focus - origin) / self.focus_distance;
+        }
+        let unnormalized = self.right * toward.x + self.up * toward.y + self.forward;
+        let distance_per_depth = unnormalized.length();
+        CameraRay {
+            ray: Ray {
+                origin: self.eye + self.right * origin.x + self.up * origin.y,
+                dir: unnormalized / distance_per_depth,
+                t_min: self.clipping_range[0] * distance_per_depth,
+                t_max: self.clipping_range[1] * distance_per_depth,
+            },
+            distance_per_depth,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kilauea_math::DMat4;
+
+    fn camera(projection: Projection, screen_window: [f64; 4]) -> Camera {
+        Camera {
+            path: "/cam".into(),
+            world_from_camera: DMat4::from_translation(DVec3::new(1e6, 2.0, 3.0)),
+            projection,
+            screen_window,
+            lens_radius: 0.0,
+            focus_distance: 0.0,
+            clipping_range: [0.1, 100.0],
+            exposure_scale: 1.0,
+        }
+    }
+
+    #[test]
+    fn corners_of_the_window_map_to_corners_of_the_raster() {
+        let c = camera(Projection::Perspective, [-0.25, -0.5, 0.75, 0.5]);
+        let g = RayGenerator::new(&c, [100, 100], DVec3::new(1e6, 0.0, 0.0));
+        let upper_left = g.ray(Vec2::ZERO, Vec2::ZERO);
+        assert!(upper_left.ray.origin.distance(Vec3::new(0.0, 2.0, 3.0)) < 1e-6);
+        let d = upper_left.ray.dir * upper_left.distance_per_depth;
+        assert!(d.distance(Vec3::new(-0.25, 0.5, -1.0)) < 1e-6, "{d}");
+    }
+
+    #[test]
+    fn orthographic_rays_are_parallel() {
+        let c = camera(Projection::Orthographic, [-2.0, -1.0, 2.0, 1.0]);
+        let g = RayGenerator::new(&c, [4, 2], DVec3::new(1e6, 0.0, 0.0));
+        let r = g.ray(Vec2::new(4.0, 2.0), Vec2::ZERO).ray;
+        assert!(r.origin.distance(Vec3::new(2.0, 1.0, 3.0)) < 1e-6);
+        assert_eq!(r.dir, Vec3::NEG_Z);
+    }
+
+    #[test]
+    fn lens_rays_meet_in_the_focal_plane() {
+        let mut c = camera(Projection::Perspective, [-0.5, -0.5, 0.5, 0.5]);
+        (c.lens_radius, c.focus_distance) = (0.2, 5.0);
+        let g = RayGenerator::new(&c, [10, 10], DVec3::new(1e6, 0.0, 0.0));
+        let at_focus = |lens| {
+            let r = g.ray(Vec2::new(2.0, 7.0), lens);
+            r.ray.origin + r.ray.dir * r.distance_per_depth * 5.0
+        };
+        let d = at_focus(Vec2::new(0.9, 0.1)).distance(at_focus(Vec2::new(0.2, 0.6)));
+        assert!(d < 1e-5, "{d}");
+    }
+}

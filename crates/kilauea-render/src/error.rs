@@ -1,0 +1,33 @@
+use kilauea_film::{ImageError, UnknownAov};
+use kilauea_scene::SceneError;
+use kilauea_shading::ShaderError;
+
+/// Why a frame cannot be rendered.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// The scene breaks one of its own rules.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A material cannot be shaded.
+    #[error(transparent)]
+    Shader(#[from] ShaderError),
+    /// An image cannot be written.
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    /// A layer that we do not have.
+    #[error(transparent)]
+    Aov(#[from] UnknownAov),
+    /// A setting out of range.
+    #[error("setting {name} is {value}: {reason}")]
+    Setting {
+        /// Name of the setting.
+        name: &'static str,
+        /// Its value.
+        value: String,
+        /// What would be right.
+        reason: &'static str,
+    },
+    /// An engine thread died of a bug.
+    #[error("internal error while rendering: {0}")]
+    Panic(String),
+}

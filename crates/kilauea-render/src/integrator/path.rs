@@ -1,0 +1,429 @@
+//! Unbiased path tracing with next-event estimation and multiple importance sampling
+//! (Kajiya 1986; Veach & Guibas 1995).
+
+use kilauea_accel::{Hit, Ray};
+use kilauea_bsdf::Bsdf;
+use kilauea_film::PixelSample;
+use kilauea_math::hash::{combine, unit_f32};
+use kilauea_math::{Spectrum, Vec2};
+use kilauea_texture::TextureStore;
+
+use crate::camera::{CameraRay, RayGenerator};
+use crate::geometry::{Geometry, Interaction};
+use crate::light::{Emitted, Lights, Receiver};
+use crate::needs::SceneNeeds;
+use crate::sampler::Sampler;
+
+/// The path integrator.
+#[derive(Clone, Copy)]
+pub(crate) struct PathIntegrator<'a> {
+    /// Surfaces.
+    pub geometry: &'a Geometry,
+    /// Lights.
+    pub lights: &'a Lights,
+    /// Images.
+    pub textures: &'a TextureStore,
+    /// Scattering events after the camera; 0 is emission alone.
+    pub max_depth: u32,
+    /// What the scene uses; the rest is skipped.
+    pub needs: SceneNeeds,
+}
+
+/// Rays traced, by purpose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RayCounts {
+    /// From the camera.
+    pub camera: u64,
+    /// Toward lights.
+    pub shadow: u64,
+    /// Scattered.
+    pub indirect: u64,
+}
+
+/// Width of the bundle that a ray stands for: a pixel's, spread by rough bounces.
+#[derive(Clone, Copy)]
+struct RayCone {
+    width: f32,
+    spread: f32,
+}
+
+/// Throughput, split at the first vertex so that each layer gets its share.
+#[derive(Clone, Copy)]
+struct Throughput {
+    /// Weights of the first scattering event.
+    first_diffuse: Spectrum,
+    first_specular: Spectrum,
+    /// Product of all later events but the last.
+    between: Spectrum,
+    /// Weights of the last event.
+    last_diffuse: Spectrum,
+    last_specular: Spectrum,
+}
+
+/// The vertex that a ray left, as far as multiple importance sampling needs it.
+#[derive(Clone, Copy)]
+struct Departure {
+    receiver: Receiver,
+    /// Density of the direction; irrelevant where no light sampling could have found it.
+    pdf: f32,
+    is_delta: bool,
+}
+
+/// Paths may end by Russian roulette after this many scattering events.
+const MIN_ROULETTE_DEPTH: u32 = 3;
+/// Shadow rays end this much before the light.
+const SHADOW_T_MAX: f32 = 1.0 - 1e-4;
+/// Spread in radians of the bundle behind a fully rough bounce. Textures seen that way may be
+/// blurred without harm, and then fewer of their tiles are read.
+const ROUGH_SPREAD: f32 = 0.1;
+
+impl PathIntegrator<'_> {
+    /// Radiance along a camera ray, and what the first surface there is like.
+    ///
+    /// `CUTOUTS` is whether any surface lets rays pass: the general loop with `CUTOUTS` and the
+    /// special one without give the same image where none does.
+    pub(crate) fn trace<const CUTOUTS: bool>(
+        &self,
+        camera_ray: &CameraRay,
+        camera: &RayGenerator,
+        sampler: &mut Sampler,
+        counts: &mut RayCounts,
+    ) -> PixelSample {
+        let mut out = PixelSample::default();
+        let mut ray = camera_ray.ray;
+        let mut cone = RayCone {
+            width: camera.pixel_width(0.0),
+            spread: camera.pixel_width(1.0) - camera.pixel_width(0.0),
+        };
+        let mut departure: Option<Departure> = None;
+        let mut throughput = Throughput::start();
+        counts.camera += 1;
+
+        for depth in 0..=self.max_depth {
+            let hit = self.closest::<CUTOUTS>(&ray, sampler.key(2 * depth));
+
+            // Add what lights emit along the ray.
+            let t_end = hit.map_or(ray.t_max, |h| h.t);
+            let receiver = departure.filter(|d| !d.is_delta).map(|d| d.receiver);
+            let mut add = |emitted: Emitted| {
+                add_emitted(&mut out, &throughput, depth, departure.as_ref(), &emitted);
+            };
+            if self.needs.area_lights {
+                let segment = Ray {
+                    t_max: t_end,
+                    ..ray
+                };
+                self.lights
+                    .for_each_area_hit(&segment, receiver, self.textures, &mut add);
+            }
+            let Some(hit) = hit else {
+                if self.needs.infinite_lights {
+                    self.lights
+                        .for_each_infinite(ray.dir, receiver, self.textures, &mut add);
+                }
+                break;
+            };
+            cone.width += cone.spread * hit.t;
+            let interaction = self.interaction(&hit, &ray, cone.width);
+            if self.needs.mesh_lights
+                && let Some(emitted) = self.lights.emitted_by_mesh(&interaction, hit.t, receiver)
+            {
+                add(emitted);
+            }
+            if depth == 0 {
+                self.describe_surface(
+                    &mut out,
+                    &interaction,
+                    hit.t / camera_ray.distance_per_depth,
+                );
+            }
+            if depth == self.max_depth {
+                break;
+            }
+
+            let surface = &interaction.surface;
+            let bsdf = interaction.shader.bsdf(surface);
+            if depth == 0 {
+                out.albedo = bsdf.albedo(surface.wo);
+            }
+            throughput.advance(depth);
+            sampler.start_bounce(depth);
+            let u_light = sampler.next_2d();
+            let u_direction = sampler.next_2d();
+            let u_choice = sampler.next_2d();
+            let receiver = Receiver {
+                p: surface.p,
+                n: if surface.ns.dot(surface.wo) < 0.0 {
+                    -surface.ns
+                } else {
+                    surface.ns
+                },
+            };
+
+            // Estimate direct light by choosing a light.
+            if self.needs.lights && bsdf.has_smooth_lobes() {
+                self.add_direct::<CUTOUTS>(
+                    &mut out,
+                    &throughput,
+                    depth,
+                    &interaction,
+                    &bsdf,
+                    receiver,
+                    u_choice.x,
+                    u_light,
+                    sampler.key(2 * depth + 1),
+                    counts,
+                );
+            }
+
+            // Choose where the path goes on.
+            let u = [u_direction.x, u_direction.y, u_choice.y];
+            let Some(sample) = bsdf.sample(surface.wo, u) else {
+                break;
+            };
+            throughput.scatter(depth, sample.diffuse, sample.specular);
+            departure = Some(Departure {
+                receiver,
+                pdf: sample.pdf,
+                is_delta: sample.is_delta,
+            });
+            if !sample.is_delta {
+                cone.spread = cone.spread.max(ROUGH_SPREAD * sample.roughness);
+            }
+
+            // End dim paths by chance.
+            if depth + 1 >= MIN_ROULETTE_DEPTH {
+                let survival = throughput.total(depth).max_channel() * sample.eta_scale;
+                if survival < 1.0 {
+                    let survival = survival.max(0.05);
+                    if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
+                        break;
+                    }
+                    throughput.scale_last(depth, 1.0 / survival);
+                }
+            } else if throughput.total(depth).is_black() {
+                break;
+            }
+            ray = interaction.spawn_ray(sample.wi, f32::INFINITY);
+            counts.indirect += u64::from(depth < self.max_depth);
+        }
+        out.beauty = out.emission
+            + out.direct_diffuse
+            + out.direct_specular
+            + out.indirect_diffuse
+            + out.indirect_specular;
+        out
+    }
+
+    /// Next-event estimation at a vertex.
+    fn add_direct<const CUTOUTS: bool>(
+        &self,
+        out: &mut PixelSample,
+        throughput: &Throughput,
+        depth: u32,
+        interaction: &Interaction<'_>,
+        bsdf: &Bsdf,
+        receiver: Receiver,
+        u_choice: f32,
+        u_light: Vec2,
+        key: u32,
+        counts: &mut RayCounts,
+    ) {
+        let chosen = self
+            .lights
+            .sample(receiver, u_choice, u_light, self.geometry, self.textures);
+        let Some(light) = chosen else { return };
+        let sample = &light.sample;
+        let eval = bsdf.eval(interaction.surface.wo, sample.wi);
+        let (diffuse, specular) = (eval.diffuse * light.diffuse, eval.specular * light.specular);
+        if diffuse.is_black() && specular.is_black() {
+            return;
+        }
+        let shadow_ray = if sample.distance == f32::INFINITY {
+            interaction.spawn_ray(sample.wi, f32::INFINITY)
+        } else {
+            // Aim from the moved origin at the chosen point.
+            let target = interaction.surface.p + sample.wi * sample.distance;
+            let origin = interaction.offset_origin(sample.wi);
+            Ray {
+                origin,
+                dir: target - origin,
+                t_min: 0.0,
+                t_max: SHADOW_T_MAX,
+            }
+        };
+        counts.shadow += 1;
+        if self.occluded::<CUTOUTS>(&shadow_ray, key) {
+            return;
+        }
+        let weight = if sample.is_delta {
+            1.0
+        } else {
+            power_heuristic(sample.pdf, eval.pdf)
+        };
+        let radiance = sample.radiance * (weight / sample.pdf);
+        throughput.add(out, depth + 1, radiance, diffuse, specular);
+    }
+
+    fn describe_surface(&self, out: &mut PixelSample, interaction: &Interaction<'_>, z: f32) {
+        let (prim_id, instance_id) = self.geometry.ids(interaction.at);
+        out.alpha = 1.0;
+        out.n = interaction.surface.ns;
+        out.p = interaction.surface.p;
+        out.z = z;
+        out.prim_id = prim_id;
+        out.instance_id = instance_id;
+    }
+
+    #[inline]
+    fn interaction(&self, hit: &Hit, ray: &Ray, width: f32) -> Interaction<'_> {
+        let at = self.geometry.locate(hit);
+        let footprint = if self.needs.textures { width } else { 0.0 };
+        let weights = Vec2::new(hit.u, hit.v);
+        self.geometry
+            .interaction(at, weights, -ray.dir, footprint, self.textures)
+    }
+
+    #[inline]
+    fn closest<const CUTOUTS: bool>(&self, ray: &Ray, key: u32) -> Option<Hit> {
+        let accel = self.geometry.accel();
+        if CUTOUTS {
+            accel.intersect_filtered(ray, |hit| self.is_present(hit, ray, key))
+        } else {
+            accel.intersect(ray)
+        }
+    }
+
+    #[inline]
+    fn occluded<const CUTOUTS: bool>(&self, ray: &Ray, key: u32) -> bool {
+        let accel = self.geometry.accel();
+        if CUTOUTS {
+            accel.occluded_filtered(ray, |hit| self.is_present(hit, ray, key))
+        } else {
+            accel.occluded(ray)
+        }
+    }
+
+    /// Whether a surface stops a ray. Partial presence is decided by a number that depends on the
+    /// ray and the triangle alone, so it does not matter in which order a tree offers candidates,
+    /// or whether twice.
+    fn is_present(&self, hit: &Hit, ray: &Ray, key: u32) -> bool {
+        let at = self.geometry.locate(hit);
+        let shader = self.geometry.shader(at);
+        if shader.is_opaque() {
+            return true;
+        }
+        let weights = Vec2::new(hit.u, hit.v);
+        let interaction =
+            self.geometry
+                .interaction(at, weights, -ray.dir.normalize(), 0.0, self.textures);
+        let opacity = shader.opacity(&interaction.surface);
+        let triangle_key = combine(hit.triangle, hit.instance);
+        opacity >= 1.0 || unit_f32(combine(key, triangle_key)) < opacity
+    }
+}
+
+impl Throughput {
+    fn start() -> Self {
+        Self {
+            first_diffuse: Spectrum::ONE,
+            first_specular: Spectrum::ONE,
+            between: Spectrum::ONE,
+            last_diffuse: Spectrum::ONE,
+            last_specular: Spectrum::BLACK,
+        }
+    }
+
+    /// Arrives at the vertex after `depth` events: the last one becomes one of those between.
+    fn advance(&mut self, depth: u32) {
+        if depth >= 2 {
+            self.between *= self.last_diffuse + self.last_specular;
+        }
+    }
+
+    /// Scatters at the vertex after `depth` events.
+    fn scatter(&mut self, depth: u32, diffuse: Spectrum, specular: Spectrum) {
+        if depth == 0 {
+            (self.first_diffuse, self.first_specular) = (diffuse, specular);
+        }
+        (self.last_diffuse, self.last_specular) = (diffuse, specular);
+    }
+
+    /// Product of all events up to the one at the vertex after `depth` events.
+    fn total(&self, depth: u32) -> Spectrum {
+        let last = self.last_diffuse + self.last_specular;
+        if depth == 0 {
+            last
+        } else {
+            (self.first_diffuse + self.first_specular) * self.between * last
+        }
+    }
+
+    fn scale_last(&mut self, depth: u32, factor: f32) {
+        self.last_diffuse *= factor;
+        self.last_specular *= factor;
+        if depth == 0 {
+            self.first_diffuse *= factor;
+            self.first_specular *= factor;
+        }
+    }
+
+    /// Adds light that arrives after `n_events` events, of which the last has the given weights.
+    #[inline]
+    fn add(
+        &self,
+        out: &mut PixelSample,
+        n_events: u32,
+        radiance: Spectrum,
+        last_diffuse: Spectrum,
+        last_specular: Spectrum,
+    ) {
+        if n_events == 1 {
+            out.direct_diffuse += radiance * last_diffuse;
+            out.direct_specular += radiance * last_specular;
+        } else {
+            let radiance = radiance * self.between * (last_diffuse + last_specular);
+            out.indirect_diffuse += radiance * self.first_diffuse;
+            out.indirect_specular += radiance * self.first_specular;
+        }
+    }
+}
+
+/// Adds emission met by a ray that left the vertex `departure` after `depth` events.
+fn add_emitted(
+    out: &mut PixelSample,
+    throughput: &Throughput,
+    depth: u32,
+    departure: Option<&Departure>,
+    emitted: &Emitted,
+) {
+    let Some(departure) = departure else {
+        if emitted.visible_to_camera {
+            out.emission += emitted.radiance;
+        }
+        return;
+    };
+    let weight = if departure.is_delta {
+        1.0
+    } else {
+        power_heuristic(departure.pdf, emitted.pdf)
+    };
+    throughput.add(
+        out,
+        depth,
+        emitted.radiance * weight,
+        throughput.last_diffuse * emitted.diffuse,
+        throughput.last_specular * emitted.specular,
+    );
+}
+
+/// Veach's power heuristic with exponent two, for one sample of each strategy.
+#[inline]
+fn power_heuristic(pdf: f32, other_pdf: f32) -> f32 {
+    if pdf == f32::INFINITY {
+        return 1.0;
+    }
+    // The ratio first: squares of large densities overflow.
+    let ratio = other_pdf / pdf;
+    1.0 / (1.0 + ratio * ratio)
+}

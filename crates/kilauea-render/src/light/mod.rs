@@ -1,0 +1,385 @@
+//! Light sources: sampling toward them, meeting them, and choosing among them.
+
+mod area;
+mod area_bvh;
+mod distant;
+mod distribution;
+mod dome;
+mod emission;
+mod mesh;
+mod spherical_rect;
+mod tree;
+
+use kilauea_accel::Ray;
+use kilauea_math::{Bounds3, Spectrum, Vec2, Vec3};
+use kilauea_scene::{LightShape, Scene};
+use kilauea_texture::TextureStore;
+use std::f32::consts::PI;
+
+use crate::geometry::{Geometry, Interaction};
+use area::{AreaHit, AreaLight};
+use area_bvh::AreaBvh;
+use distant::DistantLight;
+use dome::DomeLight;
+use mesh::MeshLights;
+use tree::{LightBounds, LightTree};
+
+/// A direction toward a light.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit direction from the lit point.
+    pub wi: Vec3,
+    /// To the light; infinite for domes and distant lights.
+    pub distance: f32,
+    /// Radiance that arrives from there if nothing is in between.
+    pub radiance: Spectrum,
+    /// Density per solid angle; the probability 1 for a delta light.
+    pub pdf: f32,
+    /// Whether no other strategy can find that direction.
+    pub is_delta: bool,
+}
+
+/// A light sample with the light's multipliers, weighted for having been chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct ChosenLight {
+    /// The sample; its density includes the choice of the light.
+    pub sample: LightSample,
+    /// Multiplies what diffuse lobes reflect.
+    pub diffuse: f32,
+    /// Multiplies what specular lobes reflect.
+    pub specular: f32,
+}
+
+/// Emission met by a ray, with what multiple importance sampling needs.
+#[derive(Clone, Copy, Debug)]
+pub struct Emitted {
+    /// Radiance along the ray.
+    pub radiance: Spectrum,
+    /// Density with which light sampling at the ray's origin would have chosen this direction.
+    pub pdf: f32,
+    /// Multiplies what diffuse lobes reflect.
+    pub diffuse: f32,
+    /// Multiplies what specular lobes reflect.
+    pub specular: f32,
+    /// Whether camera rays see it.
+    pub visible_to_camera: bool,
+}
+
+/// Where light is received: the point and the normal on the side that is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// Engine space.
+    pub p: Vec3,
+    /// Unit length.
+    pub n: Vec3,
+}
+
+/// All lights of a scene.
+///
+/// Finite lights are numbered: area lights first, then the triangles of emissive meshes.
+pub struct Lights {
+    area: Vec<AreaLight>,
+    area_bvh: AreaBvh,
+    mesh: MeshLights,
+    tree: LightTree,
+    infinite: Vec<InfiniteLight>,
+}
+
+/// Lights that surround the scene.
+#[derive(Clone, Debug)]
+enum InfiniteLight {
+    Distant(DistantLight),
+    Dome(Box<DomeLight>),
+}
+
+impl Lights {
+    /// Prepares all lights.
+    pub fn new(scene: &Scene, geometry: &Geometry, textures: &TextureStore) -> Self {
+        let area: Vec<AreaLight> = scene
+            .lights
+            .iter()
+            .filter(|light| !light.radiance.is_black())
+            .filter_map(|light| AreaLight::new(light, scene.origin_world))
+            .collect();
+        let infinite = scene
+            .lights
+            .iter()
+            .filter(|light| !light.radiance.is_black())
+            .filter_map(|light| match light.shape {
+                LightShape::Dome => DomeLight::new(light, textures)
+                    .filter(|dome| !dome.mean_radiance().is_black())
+                    .map(|dome| InfiniteLight::Dome(Box::new(dome))),
+                _ => DistantLight::new(light).map(InfiniteLight::Distant),
+            })
+            .collect();
+        let mesh = MeshLights::new(geometry, textures, area.len() as u32);
+        let bounds: Vec<Bounds3> = area.iter().map(AreaLight::bounds).collect();
+        let n_finite = area.len() + mesh.len();
+        let tree_entries = area
+            .iter()
+            .map(|light| area_light_bounds(light, textures))
+            .chain(mesh.light_bounds(geometry))
+            .enumerate()
+            .map(|(idx, b)| (idx as u32, b))
+            .collect();
+        Self {
+            tree: LightTree::new(tree_entries, n_finite),
+            area_bvh: AreaBvh::new(&bounds),
+            area,
+            mesh,
+            infinite,
+        }
+    }
+
+    /// Number of lights and emissive triangles.
+    pub fn len(&self) -> usize {
+        self.area.len() + self.mesh.len() + self.infinite.len()
+    }
+
+    /// Whether rays can meet lights that are not meshes.
+    pub fn has_area_lights(&self) -> bool {
+        !self.area.is_empty()
+    }
+
+    /// Whether any mesh emits.
+    pub fn has_mesh_lights(&self) -> bool {
+        self.mesh.len() > 0
+    }
+
+    /// Whether light comes from infinity.
+    pub fn has_infinite_lights(&self) -> bool {
+        !self.infinite.is_empty()
+    }
+
+    /// Bytes of the light tree.
+    pub fn n_bytes(&self) -> usize {
+        self.tree.n_bytes() + self.mesh.n_bytes()
+    }
+
+    /// Chooses a light with `u_choice` and a direction toward it with `u`.
+    #[inline]
+    pub fn sample(
+        &self,
+        receiver: Receiver,
+        u_choice: f32,
+        u: Vec2,
+        geometry: &Geometry,
+        textures: &TextureStore,
+    ) -> Option<ChosenLight> {
+        let finite = self.finite_probability(receiver);
+        let (mut sample, probability, diffuse, specular) = if u_choice < finite {
+            let (light, probability) =
+                self.tree
+                    .sample(receiver.p, receiver.n, u_choice / finite)?;
+            let probability = finite * probability;
+            match self.area.get(light as usize) {
+                Some(area) => {
+                    let sample = area.sample(receiver.p, u, textures)?;
+                    (
+                        sample,
+                        probability,
+                        area.emission.diffuse,
+                        area.emission.specular,
+                    )
+                }
+                None => {
+                    let sample = self.mesh.sample(light, receiver.p, u, geometry, textures)?;
+                    (sample, probability, 1.0, 1.0)
+                }
+            }
+        } else {
+            let rest = (u_choice - finite) / (1.0 - finite);
+            let (idx, probability) = self.choose_infinite(receiver, rest)?;
+            let probability = (1.0 - finite) * probability;
+            match &self.infinite[idx] {
+                InfiniteLight::Distant(l) => (l.sample(u), probability, l.diffuse, l.specular),
+                InfiniteLight::Dome(l) => {
+                    let sample = l.sample(receiver.n, u, textures)?;
+                    (sample, probability, l.diffuse, l.specular)
+                }
+            }
+        };
+        sample.pdf *= probability;
+        (sample.pdf > 0.0 && !sample.radiance.is_black()).then_some(ChosenLight {
+            sample,
+            diffuse,
+            specular,
+        })
+    }
+
+    /// Visits every area light that the ray meets before `ray.t_max`. Lights let rays through.
+    #[inline]
+    pub fn for_each_area_hit(
+        &self,
+        ray: &Ray,
+        receiver: Option<Receiver>,
+        textures: &TextureStore,
+        mut visit: impl FnMut(Emitted),
+    ) {
+        self.area_bvh.for_each(ray, |idx| {
+            let light = &self.area[idx as usize];
+            if let Some(hit) = light.intersect(ray) {
+                visit(self.emitted_by_area(idx, light, &hit, ray, receiver, textures));
+            }
+        });
+    }
+
+    /// Visits the light that arrives from infinity against the unit direction `dir`.
+    #[inline]
+    pub fn for_each_infinite(
+        &self,
+        dir: Vec3,
+        receiver: Option<Receiver>,
+        textures: &TextureStore,
+        mut visit: impl FnMut(Emitted),
+    ) {
+        for (idx, light) in self.infinite.iter().enumerate() {
+            let normal = receiver.map(|r| r.n);
+            let (radiance, pdf, diffuse, specular, visible_to_camera) = match light {
+                InfiniteLight::Distant(l) => match l.radiance_and_pdf(dir) {
+                    Some((radiance, pdf)) => {
+                        (radiance, pdf, l.diffuse, l.specular, l.visible_to_camera)
+                    }
+                    None => continue,
+                },
+                InfiniteLight::Dome(l) => {
+                    let (radiance, pdf) = l.radiance_and_pdf(normal, dir, textures);
+                    (radiance, pdf, l.diffuse, l.specular, l.visible_to_camera)
+                }
+            };
+            let probability = receiver.map_or(0.0, |r| {
+                (1.0 - self.finite_probability(r)) * self.infinite_probability(r, idx)
+            });
+            visit(Emitted {
+                radiance,
+                pdf: pdf * probability,
+                diffuse,
+                specular,
+                visible_to_camera,
+            });
+        }
+    }
+
+    /// Emission of a mesh that was hit, if it emits toward `surface.wo`; `distance` is to the
+    /// receiver.
+    #[inline]
+    pub fn emitted_by_mesh(
+        &self,
+        interaction: &Interaction<'_>,
+        distance: f32,
+        receiver: Option<Receiver>,
+    ) -> Option<Emitted> {
+        let light = self.mesh.light_of(interaction.at)?;
+        let radiance = interaction.shader.emission(&interaction.surface);
+        if radiance.is_black() {
+            return None;
+        }
+        let pdf = receiver.map_or(0.0, |r| {
+            let choice = self.finite_probability(r) * self.tree.probability(r.p, r.n, light);
+            choice
+                * mesh::pdf(
+                    &interaction.surface.corners,
+                    interaction.surface.wo,
+                    distance,
+                )
+        });
+        Some(Emitted {
+            radiance,
+            pdf,
+            diffuse: 1.0,
+            specular: 1.0,
+            visible_to_camera: true,
+        })
+    }
+
+    fn emitted_by_area(
+        &self,
+        idx: u32,
+        light: &AreaLight,
+        hit: &AreaHit,
+        ray: &Ray,
+        receiver: Option<Receiver>,
+        textures: &TextureStore,
+    ) -> Emitted {
+        let pdf = receiver.map_or(0.0, |r| {
+            let choice = self.finite_probability(r) * self.tree.probability(r.p, r.n, idx);
+            choice * light.pdf(r.p, ray.dir, hit)
+        });
+        Emitted {
+            radiance: light.radiance(hit, ray.dir, textures),
+            pdf,
+            diffuse: light.emission.diffuse,
+            specular: light.emission.specular,
+            visible_to_camera: light.visible_to_camera,
+        }
+    }
+
+    /// Probability of choosing the tree over the infinite lights: half by what each may
+    /// contribute, half evenly, since neither knows what is occluded.
+    #[inline]
+    fn finite_probability(&self, receiver: Receiver) -> f32 {
+        if self.infinite.is_empty() {
+            return 1.0;
+        }
+        if self.tree.is_empty() {
+            return 0.0;
+        }
+        let finite = self.tree.importance(receiver.p, receiver.n);
+        if finite <= 0.0 {
+            return 0.0;
+        }
+        let infinite: f32 = self.infinite.iter().map(|l| l.importance(receiver)).sum();
+        let n = self.infinite.len() as f32;
+        0.5 / (n + 1.0) + 0.5 * finite / (finite + infinite)
+    }
+
+    fn choose_infinite(&self, receiver: Receiver, mut u: f32) -> Option<(usize, f32)> {
+        let last = self.infinite.len().checked_sub(1)?;
+        for idx in 0..last {
+            let probability = self.infinite_probability(receiver, idx);
+            if u < probability {
+                return Some((idx, probability));
+            }
+            u -= probability;
+        }
+        Some((last, self.infinite_probability(receiver, last)))
+    }
+
+    fn infinite_probability(&self, receiver: Receiver, idx: usize) -> f32 {
+        let n = self.infinite.len();
+        if n == 1 {
+            return 1.0;
+        }
+        let sum: f32 = self.infinite.iter().map(|l| l.importance(receiver)).sum();
+        let share = if sum > 0.0 {
+            self.infinite[idx].importance(receiver) / sum
+        } else {
+            1.0 / n as f32
+        };
+        0.5 / n as f32 + 0.5 * share
+    }
+}
+
+impl InfiniteLight {
+    /// Irradiance if nothing is occluded.
+    fn importance(&self, receiver: Receiver) -> f32 {
+        match self {
+            Self::Distant(l) => l.irradiance().luminance() * l.direction().dot(receiver.n).abs(),
+            Self::Dome(l) => PI * l.mean_radiance().luminance(),
+        }
+    }
+}
+
+fn area_light_bounds(light: &AreaLight, textures: &TextureStore) -> LightBounds {
+    let (axis, cos_normals) = light.normal_cone();
+    let radiance = light.emission.mean_radiance(textures);
+    LightBounds {
+        bounds: light.bounds(),
+        // A zero mean still leaves the light choosable: its texture may not be black everywhere.
+        power: (radiance.luminance() * light.area).max(f32::MIN_POSITIVE),
+        axis,
+        cos_normals,
+        cos_emission: 0.0,
+        is_two_sided: false,
+    }
+}

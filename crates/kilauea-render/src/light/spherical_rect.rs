@@ -1,0 +1,133 @@
+//! Uniform sampling of the solid angle of a rectangle
+//! (Ureña, Fajardo & King 2013, "An Area-Preserving Parametrization for Spherical Rectangles").
+
+use kilauea_math::{Vec2, Vec3};
+
+/// A rectangle as seen from a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SphericalRect {
+    origin: Vec3,
+    x: Vec3,
+    y: Vec3,
+    z: Vec3,
+    x0: f32,
+    x1: f32,
+    y0: f32,
+    y1: f32,
+    z0: f32,
+    b0: f32,
+    b1: f32,
+    k: f32,
+    solid_angle: f32,
+}
+
+impl SphericalRect {
+    /// The rectangle `corner + [0, 1] edge_x + [0, 1] edge_y` with perpendicular edges, seen from
+    /// `p`. None where it is so small that area sampling is as good and rounds better.
+    pub(super) fn new(corner: Vec3, edge_x: Vec3, edge_y: Vec3, p: Vec3) -> Option<Self> {
+        let (length_x, length_y) = (edge_x.length(), edge_y.length());
+        let (x, y) = (edge_x / length_x, edge_y / length_y);
+        let to_corner = corner - p;
+        let mut z = x.cross(y);
+        let mut z0 = to_corner.dot(z);
+        if z0 > 0.0 {
+            z = -z;
+            z0 = -z0;
+        }
+        let (x0, y0) = (to_corner.dot(x), to_corner.dot(y));
+        let (x1, y1) = (x0 + length_x, y0 + length_y);
+        // Normals of the four planes through p and an edge; only these components are not zero.
+        let normal_z = |at: f32| at / at.hypot(z0);
+        let (n0, n1, n2, n3) = (-normal_z(y0), normal_z(x1), normal_z(y1), -normal_z(x0));
+        let angle = |a: f32, b: f32| (-a * b).clamp(-1.0, 1.0).acos();
+        let (g0, g1, g2, g3) = (angle(n0, n1), angle(n1, n2), angle(n2, n3), angle(n3, n0));
+        let k = 2.0 * std::f32::consts::PI - g2 - g3;
+        let solid_angle = g0 + g1 - k;
+        (solid_angle > 1e-3 && z0 < 0.0).then_some(Self {
+            origin: p,
+            x,
+            y,
+            z,
+            x0,
+            x1,
+            y0,
+            y1,
+            z0,
+            b0: n0,
+            b1: n2,
+            k,
+            solid_angle,
+        })
+    }
+
+    /// Density per solid angle.
+    pub(super) fn pdf(&self) -> f32 {
+        1.0 / self.solid_angle
+    }
+
+    /// A point of the rectangle.
+    pub(super) fn sample(&self, u: Vec2) -> Vec3 {
+        let phi = u.x * self.solid_angle + self.k;
+        let (sin_phi, cos_phi) = phi.sin_cos();
+        let fu = (cos_phi * self.b0 - self.b1) / sin_phi;
+        let cu = (1.0 / (fu * fu + self.b0 * self.b0).sqrt())
+            .copysign(fu)
+            .clamp(-1.0, 1.0);
+        let sin_cu = (1.0 - cu * cu).max(1e-12).sqrt();
+        let xu = (-(cu * self.z0) / sin_cu).clamp(self.x0, self.x1);
+        let d = xu.hypot(self.z0);
+        let sine = |y: f32| y / d.hypot(y);
+        let (h0, h1) = (sine(self.y0), sine(self.y1));
+        let hv = h0 + u.y * (h1 - h0);
+        let hv_sq = hv * hv;
+        let yv = if hv_sq < 1.0 - 1e-6 {
+            hv * d / (1.0 - hv_sq).sqrt()
+        } else {
+            self.y1
+        };
+        self.origin + xu * self.x + yv.clamp(self.y0, self.y1) * self.y + self.z0 * self.z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solid_angle_is_that_of_a_cube_face() {
+        let r = SphericalRect::new(
+            Vec3::new(-1.0, -1.0, -1.0),
+            2.0 * Vec3::X,
+            2.0 * Vec3::Y,
+            Vec3::ZERO,
+        );
+        let pdf = r.unwrap().pdf();
+        assert!((1.0 / pdf - 4.0 * std::f32::consts::PI / 6.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn samples_are_uniform_per_solid_angle() {
+        // The mean of cos/pdf over the rectangle is the form factor times pi.
+        let r = SphericalRect::new(
+            Vec3::new(-0.4, -0.3, -1.0),
+            Vec3::X,
+            1.3 * Vec3::Y,
+            Vec3::ZERO,
+        )
+        .unwrap();
+        let n = 256;
+        let mut by_solid_angle = 0.0_f64;
+        let mut by_area = 0.0_f64;
+        for i in 0..n * n {
+            let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+            let q = r.sample(u);
+            by_solid_angle += (-q.z / q.length() / r.pdf()) as f64;
+            let q = Vec3::new(-0.4 + u.x, -0.3 + 1.3 * u.y, -1.0);
+            by_area += (1.3 / q.length().powi(4)) as f64;
+        }
+        assert!(
+            (by_solid_angle / by_area - 1.0).abs() < 1e-3,
+            "{by_solid_angle} {by_area}"
+        );
+    }
+}

@@ -1,0 +1,65 @@
+//! A scene with all that is computed before its first ray.
+
+use kilauea_scene::Scene;
+use kilauea_texture::TextureStore;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::RenderError;
+use crate::geometry::Geometry;
+use crate::light::Lights;
+use crate::needs::SceneNeeds;
+
+/// A scene that is ready to be rendered any number of times.
+pub struct PreparedScene {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// Surfaces.
+    pub geometry: Geometry,
+    /// Lights.
+    pub lights: Lights,
+    /// Images.
+    pub textures: TextureStore,
+    /// What the scene uses.
+    pub needs: SceneNeeds,
+    /// What was found wrong and left out.
+    pub warnings: Vec<String>,
+    /// How long this took.
+    pub build_secs: f64,
+}
+
+impl PreparedScene {
+    /// Validates the scene, compiles shaders, builds the tree and the lights.
+    ///
+    /// `texture_memory_bytes` bounds the texture tiles in memory.
+    pub fn new(scene: Scene, texture_memory_bytes: u64) -> Result<Self, RenderError> {
+        let start = Instant::now();
+        scene.validate()?;
+        let scene = Arc::new(scene);
+        let (textures, texture_errors) = TextureStore::open(&scene.textures, texture_memory_bytes);
+        let mut warnings: Vec<String> = texture_errors.iter().map(ToString::to_string).collect();
+        let geometry = Geometry::build(Arc::clone(&scene))?;
+        for (material, shader) in scene.materials.iter().zip(geometry.shaders()) {
+            for input in shader.ignored_inputs() {
+                warnings.push(format!("{}: inputs:{input} is not known", material.path));
+            }
+        }
+        let n_rejected = geometry.accel().n_rejected();
+        if n_rejected > 0 {
+            warnings.push(format!(
+                "{n_rejected} degenerate triangles or placements were left out"
+            ));
+        }
+        let lights = Lights::new(&scene, &geometry, &textures);
+        let needs = SceneNeeds::of(&scene, &geometry, &lights);
+        Ok(Self {
+            scene,
+            geometry,
+            lights,
+            textures,
+            needs,
+            warnings,
+            build_secs: start.elapsed().as_secs_f64(),
+        })
+    }
+}

@@ -1,0 +1,135 @@
+//! What a render reports: times, rays, memory, and what was skipped.
+
+use serde::Serialize;
+
+use crate::integrator::RayCounts;
+
+/// Statistics of one frame, in the form of the stats file.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct RenderStats {
+    /// Mean over the rendered pixels.
+    pub samples_per_pixel: f64,
+    /// Samples in all pixels.
+    pub samples: u64,
+    /// Samples that were NaN or infinite and taken as black.
+    pub invalid_samples: u64,
+    /// Seconds.
+    pub times: Times,
+    /// Rays traced.
+    pub rays: Rays,
+    /// Bytes.
+    pub memory: Memory,
+    /// Texture tiles.
+    pub textures: Textures,
+    /// Size of the scene.
+    pub scene: SceneSize,
+    /// Features in use.
+    pub needs: Vec<&'static str>,
+    /// Features not in use, whose work was skipped.
+    pub skipped: Vec<&'static str>,
+    /// Whether every pixel got all of its samples.
+    pub is_complete: bool,
+    /// Passes over the whole image that were finished.
+    pub full_passes: u32,
+    /// What was found wrong and left out.
+    pub warnings: Vec<String>,
+}
+
+/// Seconds spent by phase; wall time.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Times {
+    /// Trees and lights.
+    pub build: f64,
+    /// Tracing photons.
+    pub photon: f64,
+    /// Estimating gathers.
+    pub gather: f64,
+    /// Tracing paths.
+    pub render: f64,
+    /// Writing files.
+    pub write: f64,
+}
+
+/// Rays by purpose.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Rays {
+    /// From the camera.
+    pub camera: u64,
+    /// Toward lights.
+    pub shadow: u64,
+    /// Scattered.
+    pub indirect: u64,
+    /// Of photons.
+    pub photon: u64,
+}
+
+impl From<RayCounts> for Rays {
+    fn from(counts: RayCounts) -> Self {
+        Self {
+            camera: counts.camera,
+            shadow: counts.shadow,
+            indirect: counts.indirect,
+            photon: 0,
+        }
+    }
+}
+
+/// Bytes held.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Memory {
+    /// Highest resident size of the process.
+    pub peak_rss: u64,
+    /// Mesh chunks.
+    pub scene: u64,
+    /// Tree over triangles.
+    pub accel: u64,
+    /// Tree over lights.
+    pub lights: u64,
+    /// Pixels.
+    pub film: u64,
+    /// Photon maps.
+    pub photons: u64,
+    /// Shades waiting for answers.
+    pub shades_in_flight_peak: u64,
+    /// Texture tiles, at their highest.
+    pub texture_tiles_peak: u64,
+}
+
+/// Texture tiles read.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct Textures {
+    /// Tiles that exist.
+    pub tiles_total: u64,
+    /// Reads of a tile, repeated ones included.
+    pub tiles_loaded: u64,
+    /// Bytes read.
+    pub bytes_read: u64,
+}
+
+/// Size of the scene.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct SceneSize {
+    /// Triangles, each prototype once.
+    pub unique_triangles: u64,
+    /// Mesh chunks.
+    pub chunks: u64,
+    /// Prototypes.
+    pub prototypes: u64,
+    /// Placed prototypes.
+    pub placements: u64,
+    /// Lights and emissive triangles.
+    pub lights: u64,
+    /// Materials.
+    pub materials: u64,
+}
+
+/// Highest resident size of this process in bytes; 0 where the system does not tell.
+pub fn peak_rss_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:"))
+        .and_then(|rest| rest.trim().strip_suffix("kB"))
+        .and_then(|kb| kb.trim().parse::<u64>().ok())
+        .map_or(0, |kb| kb * 1024)
+}

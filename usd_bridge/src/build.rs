@@ -1,0 +1,62 @@
+use kilauea_mesh::{AssembleOptions, assemble};
+use kilauea_render::PreparedScene;
+use pyo3::prelude::*;
+use serde::Deserialize;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::error::scene_error;
+use crate::frame::Frame;
+use crate::scene::Scene;
+
+/// What `build_scene` may be told; everything has a default.
+#[derive(Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct BuildOptions {
+    resolution: [u32; 2],
+    max_subdivision_level: u32,
+    max_chunk_triangles: usize,
+    texture_memory_bytes: u64,
+}
+
+impl Default for BuildOptions {
+    fn default() -> Self {
+        let assemble = AssembleOptions::default();
+        Self {
+            resolution: assemble.resolution,
+            max_subdivision_level: assemble.max_subdivision_level,
+            max_chunk_triangles: assemble.max_chunk_triangles,
+            texture_memory_bytes: kilauea_scene::RenderSettings::default().texture_memory_bytes,
+        }
+    }
+}
+
+/// Build a scene from a `kilauea.payload.Frame`; `options_json` is an object with any of
+/// `resolution`, `max_subdivision_level`, `max_chunk_triangles`, `texture_memory_bytes`.
+#[pyfunction]
+pub(crate) fn build_scene(
+    py: Python<'_>,
+    frame: Frame<'_>,
+    options_json: &str,
+) -> PyResult<Scene> {
+    let options: BuildOptions = serde_json::from_str(options_json).map_err(scene_error)?;
+    let payloads = frame.payloads()?;
+    py.detach(|| {
+        let start = Instant::now();
+        let assemble_options = AssembleOptions {
+            max_chunk_triangles: options.max_chunk_triangles,
+            resolution: options.resolution,
+            max_subdivision_level: options.max_subdivision_level,
+            ..AssembleOptions::default()
+        };
+        let assembled = assemble(payloads, &assemble_options).map_err(scene_error)?;
+        let assemble_secs = start.elapsed().as_secs_f64();
+        let prepared = PreparedScene::new(assembled.scene, options.texture_memory_bytes)
+            .map_err(scene_error)?;
+        Ok(Scene {
+            prepared: Arc::new(prepared),
+            warnings: assembled.warnings,
+            assemble_secs,
+        })
+    })
+}

@@ -1,0 +1,48 @@
+use kilauea_render::PreparedScene;
+use kilauea_scene::RenderSettings;
+use pyo3::prelude::*;
+use serde_json::json;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::error::render_error;
+use crate::job::RenderJob;
+
+/// A scene that is ready to be rendered any number of times.
+#[pyclass(frozen, module = "kilauea._native")]
+pub(crate) struct Scene {
+    pub(crate) prepared: Arc<PreparedScene>,
+    pub(crate) warnings: Vec<String>,
+    pub(crate) assemble_secs: f64,
+}
+
+#[pymethods]
+impl Scene {
+    /// What was found wrong and left out.
+    fn warnings(&self) -> Vec<String> {
+        let prepared = &self.prepared.warnings;
+        self.warnings.iter().chain(prepared).cloned().collect()
+    }
+
+    /// Seconds spent, as a JSON object.
+    fn stats(&self) -> String {
+        json!({
+            "assemble_secs": self.assemble_secs,
+            "build_secs": self.prepared.build_secs,
+        })
+        .to_string()
+    }
+
+    /// Start rendering on threads of the engine's own.
+    fn render(&self, settings_json: &str, metadata_json: &str) -> PyResult<RenderJob> {
+        let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
+        RenderJob::start(Arc::clone(&self.prepared), settings, metadata_json)
+    }
+
+    /// Write the scene into a folder as `scene.json` and raw arrays, for other renderers.
+    fn export(&self, py: Python<'_>, folder: PathBuf, settings_json: &str) -> PyResult<()> {
+        let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
+        py.detach(|| self.prepared.scene.export(&folder, &settings))
+            .map_err(|error| render_error(format!("{}: {error}", folder.display())))
+    }
+}
