@@ -6,7 +6,9 @@
 
 mod list;
 mod matte;
+mod usd_preview_surface;
 
 pub use matte::Matte;
+pub use usd_preview_surface::{PreviewInputs, UsdPreviewSurface};
 
-list::shaders! { Matte }
+list::shaders! { Matte, UsdPreviewSurface }

@@ -37,9 +37,6 @@ pub(crate) struct Texture {
     pub(crate) fallback: Channels,
 }
 
-/// Wide enough for the coarsest level of any texture.
-const WHOLE_TEXTURE: f32 = 1.0e9;
-
 impl Pattern {
     /// The value at a surface point.
     pub(crate) fn eval(&self, surface: &Surface<'_>) -> Channels {
@@ -86,15 +83,7 @@ impl Pattern {
                 matrix,
                 translation,
             } => affine(*matrix, *translation, input.mean(textures)),
-            Self::Texture(texture) => {
-                let middle = Vec2::splat(0.5);
-                texture.finish(textures.sample(
-                    texture.image,
-                    middle,
-                    WHOLE_TEXTURE,
-                    [Wrap::Clamp; 2],
-                ))
-            }
+            Self::Texture(texture) => texture.finish(mean_texel(textures, texture.image)),
         }
     }
 
@@ -133,6 +122,16 @@ impl Texture {
         let texel = texel.unwrap_or(self.fallback);
         std::array::from_fn(|i| self.scale[i] * texel[i] + self.bias[i])
     }
+}
+
+/// Mean of the coarsest level; none where the image is missing.
+fn mean_texel(textures: &TextureStore, image: u32) -> Option<Channels> {
+    let coarsest = textures.n_levels(image)?.checked_sub(1)?;
+    let level = textures.read_level(image, coarsest)?;
+    let n = level.texels.len().max(1) as f32;
+    Some(std::array::from_fn(|c| {
+        level.texels.iter().map(|t| t[c]).sum::<f32>() / n
+    }))
 }
 
 fn st_of(value: Channels) -> Vec2 {
@@ -229,5 +228,250 @@ impl<'m> GraphCompiler<'m> {
             primvars.push(name.to_owned());
             primvars.len() as u32 - 1
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use kilauea_math::Spectrum;
+    use kilauea_scene::{Attribute, Channel, Input as MaterialInput, InstanceAttribute};
+    use kilauea_scene::{Interpolation, Node};
+
+    use super::*;
+    use crate::testing::Fixture;
+    use crate::{Input, InputValue, PrimvarLayout, ShaderInputs};
+
+    const TEXELS: [Channels; 4] = [
+        [1.0, 0.0, 0.0, 0.1],
+        [0.0, 1.0, 0.0, 0.2],
+        [0.0, 0.0, 1.0, 0.3],
+        [1.0, 1.0, 1.0, 0.4],
+    ];
+
+    fn st() -> Node {
+        Node::Primvar {
+            name: "st".into(),
+            fallback: [0.0, 0.0, 0.0, 1.0],
+        }
+    }
+
+    fn texture(texture: u32, st: NodeIdx) -> Node {
+        Node::UvTexture {
+            texture,
+            st,
+            wrap_s: Wrap::Clamp,
+            wrap_t: Wrap::Clamp,
+            scale: [1.0; 4],
+            bias: [0.0; 4],
+            fallback: [0.25, 0.5, 0.75, 1.0],
+        }
+    }
+
+    fn material(nodes: Vec<Node>, channel: Channel) -> Material {
+        let node = nodes.len() as u32 - 1;
+        Material {
+            path: "/Looks/Test".into(),
+            shader: "Test".into(),
+            inputs: [("x".to_owned(), MaterialInput { node, channel })].into(),
+            nodes,
+        }
+    }
+
+    fn compile<T: InputValue>(material: &Material, default: T) -> (Input<T>, Vec<String>) {
+        let mut inputs = ShaderInputs::new(material);
+        let input = inputs.get("x", default).unwrap();
+        (input, inputs.finish().primvars)
+    }
+
+    fn value(nodes: Vec<Node>, fixture: &mut Fixture) -> Channels {
+        let material = material(nodes, Channel::Rgb);
+        let mut compiler = GraphCompiler::new(&material);
+        let pattern = compiler.compile(material.nodes.len() as u32 - 1).unwrap();
+        fixture.slots = PrimvarLayout::resolve(&compiler.primvars, &fixture.chunk, &[]);
+        pattern.eval(&fixture.surface())
+    }
+
+    fn assert_close(found: Channels, expected: Channels) {
+        let close = found
+            .iter()
+            .zip(expected)
+            .all(|(a, b)| (a - b).abs() < 1e-5);
+        assert!(close, "{found:?}, expected {expected:?}");
+    }
+
+    #[test]
+    fn transform_scales_then_rotates_then_translates() {
+        let transform = Node::Transform2d {
+            input: 0,
+            scale: [2.0, 3.0],
+            rotation_degrees: 90.0,
+            translation: [10.0, 20.0],
+        };
+        // st is (0.25, 0.5): scaled (0.5, 1.5), turned counter-clockwise (-1.5, 0.5).
+        let found = value(
+            vec![st(), transform.clone()],
+            &mut Fixture::tilted_triangle(),
+        );
+        assert_close(found, [8.5, 20.5, 0.0, 1.0]);
+        // The same from a constant, at compile time.
+        let constant = Node::Constant {
+            value: [0.25, 0.5, 0.0, 1.0],
+        };
+        let material = material(vec![constant, transform], Channel::G);
+        let (input, primvars) = compile(&material, 0.0_f32);
+        assert!((input.constant().unwrap() - 20.5).abs() < 1e-5);
+        assert!(primvars.is_empty());
+    }
+
+    #[test]
+    fn channels_select() {
+        let nodes = || {
+            vec![Node::Constant {
+                value: [1.0, 2.0, 3.0, 4.0],
+            }]
+        };
+        let scalar = |channel| compile(&material(nodes(), channel), 0.0_f32).0.constant();
+        assert_eq!(scalar(Channel::R), Some(1.0));
+        assert_eq!(scalar(Channel::G), Some(2.0));
+        assert_eq!(scalar(Channel::B), Some(3.0));
+        assert_eq!(scalar(Channel::A), Some(4.0));
+        assert_eq!(scalar(Channel::Rgb), Some(1.0));
+        let color = |channel| {
+            let material = material(nodes(), channel);
+            compile(&material, Spectrum::BLACK).0.constant()
+        };
+        assert_eq!(color(Channel::Rgb), Some(Spectrum::new(1.0, 2.0, 3.0)));
+        assert_eq!(color(Channel::A), Some(Spectrum::splat(4.0)));
+    }
+
+    #[test]
+    fn texture_is_looked_up_at_its_coordinates() {
+        // (0.25, 0.5) is on the left column, halfway between the rows.
+        let found = value(vec![st(), texture(0, 0)], &mut Fixture::with_image(TEXELS));
+        assert_close(found, [0.5, 0.0, 0.5, 0.2]);
+    }
+
+    #[test]
+    fn scale_and_bias_apply_to_texels_and_to_the_fallback() {
+        let node = |image| Node::UvTexture {
+            texture: image,
+            st: 0,
+            wrap_s: Wrap::Clamp,
+            wrap_t: Wrap::Clamp,
+            scale: [2.0, 2.0, 2.0, 1.0],
+            bias: [-1.0, -1.0, -1.0, 0.5],
+            fallback: [0.25, 0.5, 0.75, 1.0],
+        };
+        let mut fixture = Fixture::with_image(TEXELS);
+        assert_close(
+            value(vec![st(), node(0)], &mut fixture),
+            [0.0, -1.0, 0.0, 0.7],
+        );
+        assert_close(
+            value(vec![st(), node(1)], &mut fixture),
+            [-0.5, 0.0, 0.5, 1.5],
+        );
+    }
+
+    #[test]
+    fn footprint_widens_with_the_ray() {
+        let fixture = Fixture::with_image(TEXELS);
+        let mut s = fixture.surface();
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y];
+        assert_eq!(s.st_footprint(corners), 0.0);
+        // Legs of length 2 span one unit of st.
+        s.footprint = 0.5;
+        assert!((s.st_footprint(corners) - 0.25).abs() < 1e-6);
+        s.footprint = 100.0;
+        let material = material(vec![st(), texture(0, 0)], Channel::Rgb);
+        let (input, _) = compile(&material, Spectrum::BLACK);
+        assert_eq!(input.at(&s), Spectrum::splat(0.5));
+    }
+
+    #[test]
+    fn texture_of_a_texture_is_looked_up_sharply() {
+        let fixture = &mut Fixture::with_image([[0.25, 0.25, 0.0, 1.0]; 4]);
+        assert_close(
+            value(vec![st(), texture(0, 0), texture(0, 1)], fixture),
+            [0.25, 0.25, 0.0, 1.0],
+        );
+    }
+
+    #[test]
+    fn mean_is_the_textures_own_and_unknown_for_primvars() {
+        let fixture = Fixture::with_image(TEXELS);
+        let mean = |nodes| {
+            let material = material(nodes, Channel::Rgb);
+            compile(&material, Spectrum::BLACK)
+                .0
+                .mean(&fixture.textures)
+        };
+        assert_eq!(mean(vec![st(), texture(0, 0)]), Some(Spectrum::splat(0.5)));
+        assert_eq!(mean(vec![st()]), None);
+    }
+
+    #[test]
+    fn primvars_interpolate_as_declared() {
+        let mut fixture = Fixture::tilted_triangle();
+        let add = |fixture: &mut Fixture, name: &str, interpolation, width, data: &[f32]| {
+            fixture.chunk.attributes.push(Attribute {
+                name: name.into(),
+                width,
+                interpolation,
+                data: data.to_vec(),
+            });
+        };
+        add(&mut fixture, "constant", Interpolation::Constant, 1, &[7.0]);
+        add(
+            &mut fixture,
+            "uniform",
+            Interpolation::Uniform,
+            3,
+            &[1.0, 2.0, 3.0],
+        );
+        add(
+            &mut fixture,
+            "vertex",
+            Interpolation::Vertex,
+            1,
+            &[1.0, 2.0, 5.0],
+        );
+        add(&mut fixture, "short", Interpolation::Vertex, 1, &[1.0, 2.0]);
+        let mut check = |name: &str, expected: Channels| {
+            let node = Node::Primvar {
+                name: name.into(),
+                fallback: [9.0; 4],
+            };
+            assert_close(value(vec![node], &mut fixture), expected);
+        };
+        check("constant", [7.0, 0.0, 0.0, 1.0]);
+        check("uniform", [1.0, 2.0, 3.0, 1.0]);
+        check("vertex", [3.25, 0.0, 0.0, 1.0]);
+        check("short", [9.0; 4]);
+        check("absent", [9.0; 4]);
+    }
+
+    #[test]
+    fn instance_primvars_stand_in() {
+        let mut fixture = Fixture::tilted_triangle();
+        let material = material(vec![st()], Channel::Rgb);
+        let (input, primvars) = compile(&material, Spectrum::BLACK);
+        let instances = [InstanceAttribute {
+            name: "st".into(),
+            width: 2,
+            data: vec![1.0, 2.0, 3.0, 4.0],
+        }];
+        fixture.slots = PrimvarLayout::resolve(&primvars, &fixture.chunk, &instances);
+        let mut s = fixture.surface();
+        s.instance_primvars = &instances;
+        s.instance_index = 1;
+        assert_eq!(input.at(&s), Spectrum::new(3.0, 4.0, 0.0));
+    }
+
+    #[test]
+    fn nodes_that_refer_forward_are_an_error() {
+        let material = material(vec![texture(0, 0)], Channel::Rgb);
+        let error = ShaderInputs::new(&material).get("x", 0.0_f32).unwrap_err();
+        assert!(error.to_string().contains("/Looks/Test"), "{error}");
     }
 }

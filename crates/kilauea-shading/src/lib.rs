@@ -8,17 +8,20 @@
 
 mod graph;
 mod input;
+
+mod normal;
 mod parameters;
 pub mod prelude;
 mod primvar;
 mod shader;
 mod surface;
-mod texture_stub;
+#[cfg(test)]
+mod testing;
 
 pub use graph::Channels;
 pub use input::{Input, InputValue};
+pub use kilauea_texture::TextureStore;
 pub use parameters::{InputSummary, Parameter, ShaderInputs};
 pub use primvar::{PrimvarLayout, PrimvarSlot};
 pub use shader::{ShaderError, SurfaceShader};
 pub use surface::Surface;
-pub use texture_stub::TextureStore;
