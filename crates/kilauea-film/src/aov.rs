@@ -43,7 +43,7 @@ pub(crate) struct AovRow {
 
 /// How the samples of a pixel become its value. `read` gives as many numbers as there are
 /// channels, then zeros.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) enum Rule {
     /// Their average.
     Mean { read: fn(&PixelSample) -> [f32; 3] },
@@ -207,7 +207,7 @@ pub(crate) const TABLE: [AovRow; 14] = [
     AovRow {
         aov: Aov::Emission,
         name: "emission",
-        aliases: &["emit", "directemission", "CO", "C[LO]"],
+        aliases: &["emit", "directemission", "CO"],
         channels: &["emission.R", "emission.G", "emission.B"],
         rule: Rule::Mean {
             read: |s| s.emission.to_array(),
@@ -227,7 +227,7 @@ pub(crate) const TABLE: [AovRow; 14] = [
     AovRow {
         aov: Aov::Variance,
         name: "variance",
-        aliases: &["variance.Y"],
+        aliases: &[],
         channels: &["variance"],
         rule: Rule::Statistic,
         half_allowed: false,

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use kilauea_scene::DataWindow;
 
 use crate::aov::Rule;
@@ -11,7 +13,9 @@ pub struct Tile {
     /// Sum of squared deviations of the luminance from its mean; empty unless asked for.
     luminance_m2: Vec<f64>,
     /// Layers with storage of their own.
-    layers: Vec<LayerBuffer>,
+    layers: Vec<LayerSlot>,
+    /// Values of those layers, pixel after pixel.
+    values: Vec<f32>,
     /// Squared distance of the sample that the nearest-sample layers show; empty without such.
     nearest_sq: Vec<f32>,
     n_invalid: u64,
@@ -25,46 +29,39 @@ struct BeautySum {
     n_samples: u32,
 }
 
-impl BeautySum {
-    fn mean_luminance(&self) -> f64 {
-        match self.n_samples {
-            0 => 0.0,
-            n => luminance(self.rgb) / f64::from(n),
-        }
-    }
-}
-
-#[derive(Debug)]
-struct LayerBuffer {
+/// Where a layer is among the values of a pixel.
+#[derive(Clone, Debug)]
+struct LayerSlot {
     aov: Aov,
-    n_channels: usize,
-    /// `n_channels` values per pixel.
-    values: Vec<f32>,
+    rule: Rule,
+    channels: Range<usize>,
 }
 
 impl Tile {
     pub(crate) fn new(bounds: DataWindow, aovs: &[Aov]) -> Self {
         let [width, height] = size(bounds);
         let n_pixels = width * height;
-        let layers: Vec<LayerBuffer> = aovs
-            .iter()
-            .filter_map(|&aov| {
-                let initial = match aov.row().rule {
-                    Rule::Mean { .. } => 0.0,
-                    Rule::Nearest { empty, .. } => empty,
-                    Rule::Statistic => return None,
-                };
-                let n_channels = aov.channels().len();
-                Some(LayerBuffer {
-                    aov,
-                    n_channels,
-                    values: vec![initial; n_channels * n_pixels],
-                })
-            })
-            .collect();
+        let mut layers = Vec::new();
+        let mut empty_pixel = Vec::new();
+        for &aov in aovs {
+            let rule = aov.row().rule;
+            let empty = match rule {
+                Rule::Mean { .. } => 0.0,
+                Rule::Nearest { empty, .. } => empty,
+                Rule::Statistic => continue,
+            };
+            let start = empty_pixel.len();
+            let end = start + aov.channels().len();
+            empty_pixel.resize(end, empty);
+            layers.push(LayerSlot {
+                aov,
+                rule,
+                channels: start..end,
+            });
+        }
         let any_nearest = layers
             .iter()
-            .any(|layer| matches!(layer.aov.row().rule, Rule::Nearest { .. }));
+            .any(|layer| matches!(layer.rule, Rule::Nearest { .. }));
         Self {
             bounds,
             beauty: vec![BeautySum::default(); n_pixels],
@@ -74,6 +71,7 @@ impl Tile {
                 Vec::new()
             },
             layers,
+            values: empty_pixel.repeat(n_pixels),
             nearest_sq: if any_nearest {
                 vec![f32::INFINITY; n_pixels]
             } else {
@@ -114,20 +112,22 @@ impl Tile {
             &black
         };
 
-        // Add to the beauty, and to the spread of its luminance (Welford 1962).
+        // Add to the spread of the luminance (Welford 1962) and to the beauty.
         let sum = &mut self.beauty[pixel_idx];
-        let mean_before = sum.mean_luminance();
         let rgb = sample.beauty.to_array().map(f64::from);
+        sum.n_samples += 1;
+        if let Some(m2) = self.luminance_m2.get_mut(pixel_idx) {
+            let y = luminance(rgb);
+            let n_before = f64::from(sum.n_samples - 1);
+            let mean_before = luminance(sum.rgb) / n_before.max(1.0);
+            let mean = mean_before + (y - mean_before) / f64::from(sum.n_samples);
+            *m2 += (y - mean_before) * (y - mean);
+        }
         for (sum, value) in sum.rgb.iter_mut().zip(rgb) {
             *sum += value;
         }
         if sample.alpha.is_finite() {
             sum.alpha += f64::from(sample.alpha);
-        }
-        sum.n_samples += 1;
-        if let Some(m2) = self.luminance_m2.get_mut(pixel_idx) {
-            let y = luminance(rgb);
-            *m2 += (y - mean_before) * (y - sum.mean_luminance());
         }
 
         // Is this sample the one that layers which cannot be averaged show?
@@ -139,20 +139,22 @@ impl Tile {
             _ => false,
         };
 
-        for layer in &mut self.layers {
-            let range = pixel_idx * layer.n_channels..(pixel_idx + 1) * layer.n_channels;
-            let pixel = &mut layer.values[range];
-            match layer.aov.row().rule {
+        let weight = 1.0 / sum.n_samples as f32;
+        let stride = self.values.len() / self.beauty.len();
+        let pixel = &mut self.values[pixel_idx * stride..(pixel_idx + 1) * stride];
+        for layer in &self.layers {
+            let values = &mut pixel[layer.channels.clone()];
+            match layer.rule {
                 // A running mean: exact for a constant, however many samples.
                 Rule::Mean { read } => {
-                    for (mean, value) in pixel.iter_mut().zip(read(sample)) {
+                    for (mean, value) in values.iter_mut().zip(read(sample)) {
                         is_valid &= value.is_finite();
                         let value = if value.is_finite() { value } else { 0.0 };
-                        *mean += (value - *mean) / sum.n_samples as f32;
+                        *mean += (value - *mean) * weight;
                     }
                 }
                 Rule::Nearest { read, empty } if is_nearest => {
-                    for (shown, value) in pixel.iter_mut().zip(read(sample)) {
+                    for (shown, value) in values.iter_mut().zip(read(sample)) {
                         is_valid &= !value.is_nan();
                         *shown = if value.is_nan() { empty } else { value };
                     }
@@ -211,8 +213,9 @@ impl Tile {
             Aov::Variance => out[0] = self.variance(pixel_idx).unwrap_or(f32::INFINITY),
             _ => {
                 if let Some(layer) = self.layers.iter().find(|layer| layer.aov == aov) {
-                    let n = layer.n_channels;
-                    out.copy_from_slice(&layer.values[pixel_idx * n..(pixel_idx + 1) * n]);
+                    let stride = self.values.len() / self.beauty.len();
+                    let pixel = &self.values[pixel_idx * stride..(pixel_idx + 1) * stride];
+                    out.copy_from_slice(&pixel[layer.channels.clone()]);
                 }
             }
         }
@@ -223,11 +226,7 @@ impl Tile {
         size_of_val(self.beauty.as_slice())
             + size_of_val(self.luminance_m2.as_slice())
             + size_of_val(self.nearest_sq.as_slice())
-            + self
-                .layers
-                .iter()
-                .map(|layer| size_of_val(layer.values.as_slice()))
-                .sum::<usize>()
+            + size_of_val(self.values.as_slice())
     }
 }
 

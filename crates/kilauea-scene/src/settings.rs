@@ -69,8 +69,9 @@ pub struct DataWindow {
 pub enum FilterKind {
     /// Constant; radius 0.5 by default.
     Box,
-    /// Gaussian; radius 1.5 by default.
+    /// Gaussian with a standard deviation of a third of its radius; radius 1.5 by default.
     Gaussian,
-    /// Blackman-Harris; radius 1.5 by default, as Cycles has it.
+    /// Blackman-Harris; radius 1.5 by default, which is what Cycles makes of its default filter
+    /// width of 1.5.
     BlackmanHarris,
 }

@@ -14,10 +14,21 @@ pub(super) fn along_x<const I: usize, const O: usize>(
     out.par_chunks_mut(width)
         .zip(image.par_chunks(width))
         .for_each(|(sums, row)| {
-            for (x, sum) in sums.iter_mut().enumerate() {
-                for k in 0..=2 * radius {
-                    let from = (x + k).saturating_sub(radius).min(width - 1);
-                    tap(k, &row[from], sum);
+            for k in 0..=2 * radius {
+                // The pixels for which this tap lies inside of the row, and those on either side.
+                let inside = radius.saturating_sub(k).min(width)
+                    ..(width + radius).saturating_sub(k).min(width);
+                for sum in &mut sums[..inside.start] {
+                    tap(k, &row[0], sum);
+                }
+                if !inside.is_empty() {
+                    let from = &row[inside.start + k - radius..];
+                    for (value, sum) in from.iter().zip(&mut sums[inside.clone()]) {
+                        tap(k, value, sum);
+                    }
+                }
+                for sum in &mut sums[inside.end..] {
+                    tap(k, &row[width - 1], sum);
                 }
             }
         });
@@ -58,5 +69,12 @@ mod tests {
         let expected = vec![[121.0], [132.0], [233.0]];
         assert_eq!(along_x(&line, 3, 1, tap), expected);
         assert_eq!(along_y(&line, 1, 1, tap), expected);
+
+        // A kernel wider than the image.
+        let count = |_: usize, value: &[f32; 1], sum: &mut [f32; 1]| sum[0] += value[0];
+        let expected = vec![[1.0 * 4.0 + 2.0 + 3.0 * 4.0]; 1];
+        assert_eq!(along_x(&line, 3, 4, count)[1..2], expected);
+        assert_eq!(along_y(&line, 1, 4, count)[1..2], expected);
+        assert_eq!(along_x(&line[1..2], 1, 4, count), vec![[18.0]]);
     }
 }
