@@ -1,5 +1,5 @@
 use kilauea_film::{ImageMetadata, write_exr, write_png};
-use kilauea_render::PreparedScene;
+use kilauea_render::{PreparedScene, RenderStats};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
 use serde::Deserialize;
@@ -80,7 +80,6 @@ impl RenderJob {
         let job = job.ok_or_else(|| render_error("the frame is finished"))?;
         py.detach(|| {
             let mut result = job.finish().map_err(render_error)?;
-            let stats_json = |stats| serde_json::to_string(stats).map_err(render_error);
             let start = Instant::now();
             let mut attributes = BTreeMap::from([
                 ("kilauea/stage".to_owned(), self.metadata.stage.clone()),
@@ -117,4 +116,8 @@ impl RenderJob {
             stats_json(&result.stats)
         })
     }
+}
+
+fn stats_json(stats: &RenderStats) -> PyResult<String> {
+    serde_json::to_string(stats).map_err(render_error)
 }
