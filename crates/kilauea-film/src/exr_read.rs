@@ -64,10 +64,12 @@ pub fn read_exr(path: &Path) -> Result<Image, ImageError> {
         }
     }
 
-    let (min, max) = (bounds.position, bounds.end());
-    let display = file.attributes.display_window.size;
+    // Count pixels from the corner of the display window, wherever the file has it.
+    let display = file.attributes.display_window;
+    let min = bounds.position - display.position;
+    let max = bounds.end() - display.position;
     Ok(Image {
-        resolution: [display.width(), display.height()].map(|n| n as u32),
+        resolution: [display.size.width(), display.size.height()].map(|n| n as u32),
         data_window: DataWindow {
             min: [min.x(), min.y()],
             max: [max.x(), max.y()],
@@ -90,7 +92,7 @@ mod tests {
 
     use exr::prelude::{
         AnyChannel, AnyChannels, Encoding, ImageAttributes, IntegerBounds, Layer, LayerAttributes,
-        SmallVec, WritableImage,
+        SmallVec, Vec2, WritableImage,
     };
     use half::f16;
 
@@ -120,6 +122,29 @@ mod tests {
         assert_eq!(image.size(), [2, 1]);
         assert_eq!(image.channel("rgb.R"), Some([1.0, 1.0].as_slice()));
         assert_eq!(image.channel("id.X"), Some([7.0, 8.0].as_slice()));
+    }
+
+    #[test]
+    fn windows_are_relative_to_the_display() {
+        let dir = ScratchDir::new();
+        let path = dir.0.join("a.exr");
+        let samples = FlatSamples::F32(vec![1.0; 6]);
+        let layer = Layer::new(
+            (3, 2),
+            LayerAttributes::default().with_position(Vec2(8, 21)),
+            Encoding::SMALL_FAST_LOSSLESS,
+            AnyChannels::sort(SmallVec::from_vec(vec![AnyChannel::new("Y", samples)])),
+        );
+        let display = IntegerBounds::new((10, 20), (5, 4));
+        exr::image::Image::new(ImageAttributes::new(display), layer)
+            .write()
+            .to_file(&path)
+            .unwrap();
+
+        let image = read_exr(&path).unwrap();
+        assert_eq!(image.resolution, [5, 4]);
+        assert_eq!(image.data_window.min, [-2, 1]);
+        assert_eq!(image.data_window.max, [1, 3]);
     }
 
     #[test]
