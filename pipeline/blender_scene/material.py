@@ -1,8 +1,8 @@
 """Surface shaders.
 
-`Matte` is an exact match. UsdPreviewSurface becomes a Principled BSDF: the same microfacets and
-the same F0, but a dielectric Fresnel term in place of Schlick's and a diffuse lobe that loses what
-the specular lobe reflects on average; the two differ most at grazing angles.
+`Matte`, metals and glass are the same model. The plastic of UsdPreviewSurface becomes a Principled
+BSDF: the same microfacets and the same F0, but the Fresnel term of a dielectric in place of
+Schlick's and another share of light for the diffuse base; they differ most at grazing angles.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 PRESENCE = 1.0
 """The value of `opacityMode` that stands for `presence`; 0 stands for `transparent`."""
-UNBOUND_GREY = (0.5, 0.5, 0.5)
+UNKNOWN_GREY = (0.5, 0.5, 0.5)
 
 
 class Materials:
@@ -55,7 +55,7 @@ class Materials:
             shader = preview_surface(graph, patterns)
         else:
             self.warnings.append(f"{record['path']}: no shader {record['shader']} in Cycles; grey")
-            shader = diffuse(graph, UNBOUND_GREY)
+            shader = diffuse(graph, UNKNOWN_GREY)
         if patterns.is_authored("displacement"):
             self.warnings.append(f"{record['path']}: displacement is not rendered")
         graph.surface(shader)
@@ -75,9 +75,8 @@ def transparent(graph: Graph) -> bpy.types.NodeSocket:
 
 def matte(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
     """Lambert with an opacity."""
-    colour = patterns.triple("diffuseColor", UNBOUND_GREY)
+    lambert = diffuse(graph, patterns.triple("albedo", (0.18, 0.18, 0.18)))
     opacity = patterns.number("opacity", 1.0)
-    lambert = with_emission(graph, patterns, diffuse(graph, colour))
     return lambert if opacity == 1.0 else graph.mixed(opacity, transparent(graph), lambert)
 
 
@@ -111,6 +110,23 @@ def preview_surface(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
 
 def opaque(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
     """Build everything but the opacity."""
+    normal = shading_normal(graph, patterns)
+    metallic = patterns.number("metallic", 0.0)
+    if patterns.number("useSpecularWorkflow", 0.0) != 0.0:
+        metallic = 0.0
+    shader = None
+    if metallic != 1.0:
+        shader = plastic(graph, patterns, normal)
+    if metallic != 0.0:
+        metal = coated_metal(graph, patterns, normal)
+        shader = metal if shader is None else graph.mixed(metallic, shader, metal)
+    return with_emission(graph, patterns, shader)
+
+
+def plastic(
+    graph: Graph, patterns: Patterns, normal: bpy.types.NodeSocket | None
+) -> bpy.types.NodeSocket:
+    """Build the dielectric: a diffuse base under a specular interface under a coat."""
     ior = patterns.number("ior", 1.5)
     inputs: dict[str, Any] = {
         "Base_Color": patterns.triple("diffuseColor", (0.18, 0.18, 0.18)),
@@ -120,16 +136,41 @@ def opaque(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
         "Coat_Roughness": patterns.number("clearcoatRoughness", 0.01),
         "Coat_IOR": ior,
     }
-    if patterns.number("useSpecularWorkflow", 0.0) == 1.0:
+    if patterns.number("useSpecularWorkflow", 0.0) != 0.0:
         inputs |= specular_workflow(graph, patterns.triple("specularColor", (0.0, 0.0, 0.0)))
-    else:
-        inputs["Metallic"] = patterns.number("metallic", 0.0)
-    normal = shading_normal(graph, patterns)
     if normal is not None:
         inputs |= {"Normal": normal, "Coat_Normal": normal}
     node = graph.node("ShaderNodeBsdfPrincipled", **inputs)
-    node.distribution = "GGX"
-    return with_emission(graph, patterns, node.outputs[0])
+    node.distribution = "MULTI_GGX"
+    return node.outputs[0]
+
+
+def coated_metal(
+    graph: Graph, patterns: Patterns, normal: bpy.types.NodeSocket | None
+) -> bpy.types.NodeSocket:
+    """Build the metal, whose reflectance is the same at every angle, and the coat on it."""
+    colour = patterns.triple("diffuseColor", (0.18, 0.18, 0.18))
+    metal = glossy(graph, colour, patterns.number("roughness", 0.5), normal)
+    coat = patterns.number("clearcoat", 0.0)
+    if coat == 0.0:
+        return metal
+    fresnel = graph.node("ShaderNodeFresnel", IOR=patterns.number("ior", 1.5))
+    if normal is not None:
+        graph.put(fresnel.inputs["Normal"], normal)
+    roughness = patterns.number("clearcoatRoughness", 0.01)
+    film = glossy(graph, (1.0, 1.0, 1.0), roughness, normal)
+    return graph.mixed(graph.math("MULTIPLY", coat, fresnel.outputs[0]), metal, film)
+
+
+def glossy(
+    graph: Graph, colour: Triple, roughness: Scalar, normal: bpy.types.NodeSocket | None
+) -> bpy.types.NodeSocket:
+    """Reflect with GGX, the energy of further bounces between facets returned."""
+    node = graph.node("ShaderNodeBsdfGlossy", Color=colour, Roughness=roughness)
+    node.distribution = "MULTI_GGX"
+    if normal is not None:
+        graph.put(node.inputs["Normal"], normal)
+    return node.outputs[0]
 
 
 def specular_workflow(graph: Graph, specular: Triple) -> dict[str, Any]:
@@ -161,10 +202,10 @@ def dielectric(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
         node.distribution = "GGX"
         return node.outputs[0]
     through = graph.node("ShaderNodeBsdfRefraction", Color=(1.0, 1.0, 1.0), Roughness=0.0, IOR=ior)
-    reflected = graph.node("ShaderNodeBsdfGlossy", Color=(1.0, 1.0, 1.0), Roughness=roughness)
-    through.distribution = reflected.distribution = "GGX"
+    through.distribution = "GGX"
+    reflected = glossy(graph, (1.0, 1.0, 1.0), roughness, None)
     fresnel = graph.node("ShaderNodeFresnel", IOR=ior).outputs[0]
-    return graph.mixed(fresnel, through.outputs[0], reflected.outputs[0])
+    return graph.mixed(fresnel, through.outputs[0], reflected)
 
 
 def shading_normal(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket | None:

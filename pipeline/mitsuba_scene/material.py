@@ -43,35 +43,33 @@ class Materials:
         `attributes` names the mesh attribute of each primvar that the mesh has.
         """
         record = self.records[idx]
+        if constant(record, "opacity", 1.0) != 1.0:
+            raise UnsupportedError(f"{record['path']}: opacity")
         if record["shader"] == "Matte":
-            colour = diffuse_colour(record, attributes, (0.5, 0.5, 0.5))
+            colour = colour_of(record, "albedo", attributes)
             return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": colour}}
         if record["shader"] != "UsdPreviewSurface":
             raise UnsupportedError(f"{record['path']}: the shader {record['shader']}")
         for name in UNSUPPORTED:
             if name in record["inputs"] and constant(record, name, 0.0) not in (0.0, (0, 0, 1)):
                 raise UnsupportedError(f"{record['path']}: the input {name}")
-        if constant(record, "opacity", 1.0) != 1.0:
-            raise UnsupportedError(f"{record['path']}: opacity")
         parameters: dict[str, Any] = {
             plugin: constant(record, name, default)
             for plugin, (name, default) in PRINCIPLED.items()
         }
-        parameters["base_color"] = diffuse_colour(record, attributes, (0.18, 0.18, 0.18))
+        parameters["base_color"] = colour_of(record, "diffuseColor", attributes)
         return {"type": "twosided", "bsdf": {"type": "principled", **parameters}}
 
 
-def diffuse_colour(
-    record: dict[str, Any], attributes: dict[str, str], default: tuple[float, float, float]
-) -> dict[str, Any]:
+def colour_of(record: dict[str, Any], name: str, attributes: dict[str, str]) -> dict[str, Any]:
     """Return the colour of a surface: constant or a primvar."""
-    source = record["inputs"].get("diffuseColor")
+    source = record["inputs"].get(name)
     node = None if source is None else record["nodes"][source["node"]]
     if node is not None and node["type"] == "primvar" and source["channel"] == "rgb":
         if node["name"] in attributes:
             return {"type": "mesh_attribute", "name": attributes[node["name"]]}
         return {"type": "rgb", "value": node["fallback"][:3]}
-    return {"type": "rgb", "value": constant(record, "diffuseColor", default)}
+    return {"type": "rgb", "value": constant(record, name, (0.18, 0.18, 0.18))}
 
 
 def constant(record: dict[str, Any], name: str, default: Any) -> Any:

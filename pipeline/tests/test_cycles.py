@@ -21,7 +21,7 @@ from scene_writer import (
 )
 
 CACHE = Path(os.environ.get("KILAUEA_CACHE", Path.home() / ".cache/kilauea"))
-PYTHON = CACHE / "reference-env/bin/python"
+PYTHON = Path(os.environ.get("KILAUEA_REFERENCE_PYTHON", CACHE / "reference-env/bin/python"))
 SCRIPT = Path(__file__).parents[1] / "cycles_render.py"
 ALBEDO = 0.8
 TOLERANCE = 0.005
@@ -47,7 +47,7 @@ def check(image: np.ndarray, expected: float | list[float]) -> None:
 @pytest.fixture
 def plane(tmp_path: Path) -> SceneWriter:
     writer = SceneWriter(tmp_path)
-    writer.record["materials"] = [constant_material("Matte", diffuseColor=[ALBEDO] * 3)]
+    writer.record["materials"] = [constant_material("Matte", albedo=[ALBEDO] * 3)]
     writer.record["settings"]["samples_per_pixel"] = 256
     writer.floor()
     return writer
@@ -114,8 +114,18 @@ def test_irradiance_under_a_light(
 @pytest.mark.parametrize("max_depth", [1, 2, 5])
 def test_depth_counts_the_bounce_toward_the_light(tmp_path: Path, max_depth: int) -> None:
     writer = SceneWriter(tmp_path)
-    half = [0.5] * 3
-    writer.inward_box(constant_material("Matte", diffuseColor=half, emissiveColor=half))
+    writer.inward_box(constant_material("Matte", albedo=[0.5] * 3))
+    # Each wall shines through a light just in front of it, which lets everything else pass.
+    panel = {"type": "rect", "width": 2.0, "height": 2.0}
+    for axis in range(3):
+        for sign in (-1.0, 1.0):
+            matrix = np.roll(np.eye(3), axis + 1, axis=0)
+            matrix[:, 2] *= sign
+            matrix[:, 0] *= sign
+            placed = np.eye(4)
+            placed[:3, :3] = matrix
+            placed[:3, 3] = 0.9999 * matrix[:, 2]
+            writer.record["lights"].append(light(panel, placed, radiance=[0.5] * 3))
     writer.record["settings"] |= {"max_depth": max_depth, "samples_per_pixel": 1024}
     # Emission 1/2 and albedo 1/2: the geometric series, cut after max_depth + 1 terms.
     check(render(writer.write()), 1.0 - 0.5 ** (max_depth + 1))
@@ -149,7 +159,9 @@ def test_shaping(plane: SceneWriter, shape: str) -> None:
 def emitter(writer: SceneWriter, colour: list[float]) -> int:
     """Add a black surface that shines; returns its index."""
     writer.record["materials"].append(
-        constant_material("Matte", diffuseColor=[0.0] * 3, emissiveColor=colour)
+        constant_material(
+            "UsdPreviewSurface", diffuseColor=[0.0] * 3, ior=1.0, emissiveColor=colour
+        )
     )
     return len(writer.record["materials"]) - 1
 
@@ -220,7 +232,7 @@ def test_instances_far_from_the_origin(tmp_path: Path) -> None:
 def primvar_material(name: str) -> dict:
     return {
         "path": "/primvar",
-        "shader": "Matte",
+        "shader": "UsdPreviewSurface",
         "inputs": {
             "diffuseColor": {"node": 1, "channel": "rgb"},
             "emissiveColor": {"node": 0, "channel": "rgb"},

@@ -15,6 +15,8 @@ from scene_writer import SceneWriter, camera, constant_material, light, look_dow
 CACHE = Path(os.environ.get("KILAUEA_CACHE", Path.home() / ".cache/kilauea"))
 PYTHON = Path(os.environ.get("KILAUEA_MITSUBA_PYTHON", CACHE / "mitsuba-env/bin/python"))
 SCRIPT = Path(__file__).parents[1] / "mitsuba_render.py"
+CYCLES_PYTHON = Path(os.environ.get("KILAUEA_REFERENCE_PYTHON", CACHE / "reference-env/bin/python"))
+CYCLES_SCRIPT = Path(__file__).parents[1] / "cycles_render.py"
 ALBEDO = 0.8
 
 pytestmark = pytest.mark.skipif(
@@ -22,13 +24,15 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def run(folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [str(PYTHON), str(SCRIPT), str(folder), str(folder / "out.exr")]
+def run(
+    folder: Path, python: Path = PYTHON, script: Path = SCRIPT
+) -> subprocess.CompletedProcess[str]:
+    command = [str(python), str(script), str(folder), str(folder / "out.exr")]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
-def render(folder: Path) -> np.ndarray:
-    done = run(folder)
+def render(folder: Path, *engine: Path) -> np.ndarray:
+    done = run(folder, *engine)
     assert done.returncode == 0, done.stdout + done.stderr
     return oiio.ImageBuf(str(folder / "out.exr")).get_pixels(oiio.FLOAT)[..., :3]
 
@@ -47,7 +51,7 @@ def test_irradiance_under_a_light(
     tmp_path: Path, shape: dict, height: float, irradiance: float
 ) -> None:
     writer = SceneWriter(tmp_path)
-    writer.record["materials"] = [constant_material("Matte", diffuseColor=[ALBEDO] * 3)]
+    writer.record["materials"] = [constant_material("Matte", albedo=[ALBEDO] * 3)]
     writer.floor()
     # The camera looks under the light, which would be in its way.
     view = look_down(0.4)
@@ -59,20 +63,26 @@ def test_irradiance_under_a_light(
     np.testing.assert_allclose(mean, expected, rtol=0.005)
 
 
-@pytest.mark.parametrize("max_depth", [1, 5])
-def test_furnace_and_depth(tmp_path: Path, max_depth: int) -> None:
+@pytest.mark.skipif(not CYCLES_PYTHON.exists(), reason="no Blender to compare with")
+@pytest.mark.parametrize("max_depth", [1, 2, 6])
+def test_agrees_with_cycles_on_interreflection(tmp_path: Path, max_depth: int) -> None:
     writer = SceneWriter(tmp_path)
-    writer.inward_box(constant_material("Matte", diffuseColor=[0.5] * 3, emissiveColor=[0.5] * 3))
-    writer.record["settings"] |= {"max_depth": max_depth, "samples_per_pixel": 1024}
-    np.testing.assert_allclose(
-        render(writer.write()).mean(), 1 - 0.5 ** (max_depth + 1), rtol=0.005
-    )
+    writer.inward_box(constant_material("Matte", albedo=[0.9, 0.6, 0.3]))
+    lamp = light({"type": "disk", "radius": 0.1}, pointing_down(0.999), radiance=[80.0] * 3)
+    writer.record["lights"] = [lamp]
+    # Mitsuba's lamp is black and in the way, which is why it is small.
+    writer.record["settings"] |= {"max_depth": max_depth, "samples_per_pixel": 4096}
+    means = []
+    for python, script in ((PYTHON, SCRIPT), (CYCLES_PYTHON, CYCLES_SCRIPT)):
+        image = render(writer.write(), python, script)
+        means.append(image.reshape(-1, 3).mean(axis=0))
+    np.testing.assert_allclose(means[0], means[1], rtol=0.01)
 
 
 def test_screen_window(tmp_path: Path) -> None:
     writer = SceneWriter(tmp_path)
     writer.record["materials"] = [
-        constant_material("Matte", diffuseColor=[0.0] * 3, emissiveColor=[1.0] * 3)
+        constant_material("UsdPreviewSurface", diffuseColor=[0.0] * 3, emissiveColor=[1.0] * 3)
     ]
     # x from 0 to 1 and z from 0 down to -1, which is up in the image.
     writer.chunk([(0, 0, 0), (1, 0, 0), (1, 0, -1), (0, 0, -1)], [(0, 1, 2), (0, 2, 3)])

@@ -1,0 +1,135 @@
+"""Virtual environments of the engines that we compare with, made on first use.
+
+They cannot share ours: `bpy` wants another NumPy and one particular Python.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from kilauea.errors import KilaueaError
+
+_LOG_LINES_SHOWN = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Environment:
+    """A virtual environment with one package in it."""
+
+    folder: str
+    """Name inside the cache."""
+    package: str
+    version: str
+    python_version: tuple[int, int] | None
+    """The only Python that has wheels; any when absent."""
+    override: str
+    """Environment variable that names a ready-made interpreter."""
+
+    @property
+    def requirement(self) -> str:
+        """What pip installs."""
+        return f"{self.package}=={self.version}"
+
+    def python(self) -> Path:
+        """Return the interpreter, making the environment where there is none.
+
+        Raises
+        ------
+        KilaueaError
+            It cannot be made: no suitable Python, or pip failed.
+        """
+        if named := os.environ.get(self.override):
+            if not Path(named).is_file():
+                raise KilaueaError(f"{self.override}={named} does not exist")
+            return Path(named)
+        folder = cache_folder() / self.folder
+        python = folder / "bin" / "python"
+        if not self._is_complete(folder):
+            with _locked(folder.with_suffix(".lock")):
+                # Another process may have made it while this one waited.
+                if not self._is_complete(folder):
+                    self._make(folder, python)
+        return python
+
+    def _is_complete(self, folder: Path) -> bool:
+        """Whether pip has finished: it writes RECORD last."""
+        record = f"lib/python*/site-packages/{self.package}-{self.version}.dist-info/RECORD"
+        return any(folder.glob(record))
+
+    def _make(self, folder: Path, python: Path) -> None:
+        print(f"kilauea: installing {self.requirement} in {folder} (once)", file=sys.stderr)
+        shutil.rmtree(folder, ignore_errors=True)
+        checked([self._base_python(), "-m", "venv", str(folder)], "make a virtual environment")
+        install = [str(python), "-m", "pip", "install", "--quiet", self.requirement]
+        checked(install, f"install {self.requirement}")
+
+    def _base_python(self) -> str:
+        if self.python_version in (None, sys.version_info[:2]):
+            return sys.executable
+        name = f"python{self.python_version[0]}.{self.python_version[1]}"
+        found = shutil.which(name)
+        if found is None:
+            raise KilaueaError(
+                f"{self.requirement} needs {name}, which is not installed; or set {self.override}"
+            )
+        return found
+
+
+CYCLES = Environment("reference-env", "bpy", "5.0.1", (3, 11), "KILAUEA_REFERENCE_PYTHON")
+MITSUBA = Environment("mitsuba-env", "mitsuba", "3.9.1", None, "KILAUEA_MITSUBA_PYTHON")
+
+
+def cache_folder() -> Path:
+    """Return the folder of everything that can be made again."""
+    named = os.environ.get("KILAUEA_CACHE")
+    return Path(named) if named else Path.home() / ".cache" / "kilauea"
+
+
+def pipeline_script(name: str) -> Path:
+    """Return a script of the `pipeline` folder, which lies beside the package's checkout.
+
+    Raises
+    ------
+    KilaueaError
+        The package was installed without it.
+    """
+    named = os.environ.get("KILAUEA_PIPELINE")
+    folder = Path(named) if named else Path(__file__).resolve().parents[3] / "pipeline"
+    script = folder / name
+    if not script.is_file():
+        raise KilaueaError(f"{script} does not exist: set KILAUEA_PIPELINE to the pipeline folder")
+    return script
+
+
+def checked(command: list[str], purpose: str) -> str:
+    """Run a command apart from our own packages and return what it printed.
+
+    Raises
+    ------
+    KilaueaError
+        It failed; the message ends with the last lines it wrote.
+    """
+    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME")}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    if done.returncode != 0:
+        lines = (done.stdout + done.stderr).strip().splitlines()[-_LOG_LINES_SHOWN:]
+        print("\n".join(lines), file=sys.stderr)
+        last = lines[-1] if lines else f"exit code {done.returncode}"
+        raise KilaueaError(f"cannot {purpose}: {last}")
+    return done.stdout
+
+
+@contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with path.open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
