@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import json
 import os
 import sys
 import time
@@ -53,6 +52,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(argv: list[str]) -> int:
     command = argv[0] if argv else ""
+    if command in _NOT_BUILT_YET:
+        raise UsageError(f"{command} is not built yet")
     parser = _parser(command)
     dropped: list[str] = []
     subparser = parser.commands.get(command)
@@ -89,7 +90,7 @@ def _parser(command: str) -> _MainParser:
     add_render_options(add("render", _render, "render a stage to images"))
     translate = add("translate", _translate, "print what the engine would receive")
     add_stage_options(translate)
-    translate.add_argument("--dump", action="store_true", help="as JSON (what it does anyway)")
+    translate.add("--dump", action="store_true", help="as JSON (what it does anyway)")
     compare = add("compare", _compare, "measure the difference of two images")
     compare.add_argument("a", metavar="A.exr")
     compare.add_argument("b", metavar="B.exr")
@@ -97,10 +98,6 @@ def _parser(command: str) -> _MainParser:
     bench = add("bench", _bench, "measure speed and error")
     if command == "bench":
         _optional("kilauea.bench", "bench").add_arguments(bench)
-    for name in _NOT_BUILT_YET:
-        sub = add(name, _not_built_yet, "not built yet")
-        sub.add_argument("rest", nargs=argparse.REMAINDER)
-        sub.set_defaults(command=name)
     return parser
 
 
@@ -156,7 +153,7 @@ def _render(args: argparse.Namespace) -> int:
 
 
 def _translate(args: argparse.Namespace) -> int:
-    from kilauea.dump import describe
+    from kilauea.dump import as_text
 
     verbosity, _ = _verbosity(args.verbose)
     stage = _open_stage(args)
@@ -166,7 +163,7 @@ def _translate(args: argparse.Namespace) -> int:
     ]
     for frame in frames:
         _report(frame, args.strict, verbosity)
-        print(json.dumps(describe(frame), indent=1))
+        print(as_text(frame))
     return 0
 
 
@@ -192,10 +189,6 @@ def _reference(args: argparse.Namespace) -> int:
 
 def _bench(args: argparse.Namespace) -> int:
     return _optional("kilauea.bench", "bench").main(args)
-
-
-def _not_built_yet(args: argparse.Namespace) -> int:
-    raise UsageError(f"{args.command} is not built yet")
 
 
 def _optional(module: str, command: str) -> Any:

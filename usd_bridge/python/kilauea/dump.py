@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import json
+import re
 from typing import Any
 
 import numpy as np
@@ -11,11 +13,13 @@ import numpy as np
 from kilauea.payload import Frame
 
 _LISTED_VALUES = 16
+_NUMBERS = re.compile(r"\[\s+([-+.\deE,\s]+?)\s+\]")
 
 
-def describe(frame: Frame) -> dict[str, Any]:
-    """Return a frame as JSON data, its arrays summarised."""
-    return _describe(frame)
+def as_text(frame: Frame) -> str:
+    """Write a frame as JSON, lists of numbers on one line, long arrays summarised."""
+    text = json.dumps(_describe(frame), indent=1)
+    return _NUMBERS.sub(lambda match: "[" + " ".join(match[1].split()) + "]", text)
 
 
 def _describe(value: Any) -> Any:

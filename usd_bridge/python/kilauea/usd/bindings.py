@@ -6,7 +6,8 @@ from collections.abc import Hashable, Sequence
 
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-_NAMESPACE = "material:binding"
+_NAMESPACE = "material"
+"""Holds `material:binding` itself, and those with a purpose or collection below it."""
 
 
 class Bindings:
@@ -67,7 +68,7 @@ class Bindings:
             return False
         path = prim.GetPath()
         if path not in self._collections:
-            own = bool(prim.GetAuthoredPropertiesInNamespace(_NAMESPACE + ":collection"))
+            own = bool(prim.GetAuthoredPropertiesInNamespace("material:binding:collection"))
             self._collections[path] = own or self._has_collections(prim.GetParent())
         return self._collections[path]
 

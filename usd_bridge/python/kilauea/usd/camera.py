@@ -7,6 +7,7 @@ from typing import Any
 
 from pxr import Gf, Usd, UsdGeom, UsdUtils
 
+from kilauea.bounds import world_bounds
 from kilauea.errors import UsageError
 from kilauea.usd.arrays import matrix
 from kilauea.usd.context import Context
@@ -110,10 +111,9 @@ def conform(aperture: tuple[float, float], spec: RenderSpec) -> tuple[float, flo
 
 def _default_framing(cx: Context, spec: RenderSpec) -> dict[str, Any]:
     """Look at the stage's bounds from the front, far enough away to see all of them."""
-    boxes = UsdGeom.BBoxCache(cx.time, sorted(cx.purposes), useExtentsHint=True)
-    bounds = boxes.ComputeWorldBound(cx.stage.GetPseudoRoot()).ComputeAlignedRange()
-    if bounds.IsEmpty() or not all(map(math.isfinite, (*bounds.GetMin(), *bounds.GetMax()))):
-        bounds = Gf.Range3d(Gf.Vec3d(-1), Gf.Vec3d(1))
+    box = world_bounds(cx.frame)
+    low, high = box.tolist() if box is not None else ((-1.0,) * 3, (1.0,) * 3)
+    bounds = Gf.Range3d(Gf.Vec3d(*low), Gf.Vec3d(*high))
     z_up = UsdGeom.GetStageUpAxis(cx.stage) == UsdGeom.Tokens.z
     size = bounds.GetSize()
     wide, high, deep = (size[0], size[2], size[1]) if z_up else (size[0], size[1], size[2])

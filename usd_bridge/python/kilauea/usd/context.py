@@ -93,5 +93,5 @@ class Context:
     open_prototypes: set[Any] = field(default_factory=set)
     """Keys of the point instancers' prototypes that are being filled."""
     cameras: list[Usd.Prim] = field(default_factory=list)
-    walk: Callable[[list[Usd.Prim], Inherited, Space], None] = lambda *_: None
-    """Visits prims and everything below them."""
+    walk: Callable[[list[Usd.Prim], Inherited, Space], None] = field(init=False)
+    """Visits prims and everything below them; set while the stage is traversed."""

@@ -118,30 +118,32 @@ def add_point_instancer(cx: Context, prim: Usd.Prim, inherited: Inherited, space
         )
 
 
-def place_lights(cx: Context) -> None:
-    """Hand every light to the light table, once per placement of the prototype that holds it."""
-    placements: dict[int, list[payload.Instances]] = {}
-    for instances in cx.frame.instances:
-        placements.setdefault(instances.parent, []).append(instances)
-    spaces = {space.index: space for space in cx.spaces.values()}
-    lit: dict[int, bool] = {}
+class LightPlacement:
+    """Hands every light to the light table, once per placement of the prototype that holds it."""
 
-    def holds_lights(index: int) -> bool:
-        if index not in lit:
-            lit[index] = bool(spaces[index].lights) or any(
-                holds_lights(i.prototype) for i in placements.get(index, ())
-            )
-        return lit[index]
+    def __init__(self, cx: Context) -> None:
+        self._lights = cx.lights
+        self._spaces = {space.index: space for space in cx.spaces.values()}
+        self._placed: dict[int, list[payload.Instances]] = {}
+        for instances in cx.frame.instances:
+            self._placed.setdefault(instances.parent, []).append(instances)
+        self._lit: dict[int, bool] = {}
 
-    def place(index: int, world_from_space: Gf.Matrix4d) -> None:
-        for prim, space_from_light in spaces[index].lights:
-            cx.lights.add(prim, space_from_light * world_from_space)
-        for instances in placements.get(index, ()):
-            if holds_lights(instances.prototype):
+    def place(self, index: int, world_from_space: Gf.Matrix4d) -> None:
+        """Place the lights of a prototype and of those inside it."""
+        for prim, space_from_light in self._spaces[index].lights:
+            self._lights.add(prim, space_from_light * world_from_space)
+        for instances in self._placed.get(index, ()):
+            if self._holds_lights(instances.prototype):
                 for m in instances.parent_from_prototype:
-                    place(instances.prototype, Gf.Matrix4d(m.tolist()) * world_from_space)
+                    self.place(instances.prototype, Gf.Matrix4d(m.tolist()) * world_from_space)
 
-    place(payload.WORLD, Gf.Matrix4d(1))
+    def _holds_lights(self, index: int) -> bool:
+        if index not in self._lit:
+            self._lit[index] = bool(self._spaces[index].lights) or any(
+                self._holds_lights(i.prototype) for i in self._placed.get(index, ())
+            )
+        return self._lit[index]
 
 
 def _new_space(

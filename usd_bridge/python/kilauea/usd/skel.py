@@ -39,10 +39,23 @@ class Skinning:
         joints = self._joint_transforms()
         if not self.query.HasJointInfluences() or not joints:
             return xforms.GetLocalToWorldTransform(self.prim)
-        world_from_skel = xforms.GetLocalToWorldTransform(self.skeleton.GetPrim())
+        world_from_skel = self._world_from_skeleton(xforms)
         if not self.query.IsRigidlyDeformed():
             return world_from_skel
         return self.query.ComputeSkinnedTransform(joints, self.time) * world_from_skel
+
+    def _world_from_skeleton(self, xforms: UsdGeom.XformCache) -> Gf.Matrix4d:
+        """Place the skeleton; inside an instance UsdSkel names the one in the USD prototype."""
+        root = skeleton = self.skeleton.GetPrim()
+        matrix = xforms.GetLocalToWorldTransform(skeleton)
+        if not skeleton.IsInPrototype():
+            return matrix
+        while not root.IsPrototype():
+            root = root.GetParent()
+        owner = self.prim
+        while owner and not (owner.IsInstance() and owner.GetPrototype() == root):
+            owner = owner.GetParent()
+        return matrix * xforms.GetLocalToWorldTransform(owner) if owner else matrix
 
     def _joint_transforms(self) -> Any:
         return self.skeleton.ComputeSkinningTransforms(self.time)

@@ -17,6 +17,7 @@ from kilauea.usd.diagnostics import captured, composition_report, error_line
 from kilauea.usd.lights import LightTable
 from kilauea.usd.materials import MaterialTable
 from kilauea.usd.options import FlattenOptions
+from kilauea.usd.textures import TextureTable
 from kilauea.usd.traversal import Traversal
 
 DEFAULT_LIGHT = "<default light>"
@@ -91,6 +92,7 @@ class SourceStage:
     def _fill(self, frame: payload.Frame, options: FlattenOptions) -> None:
         stage, time = self._stage, Usd.TimeCode(frame.time)
         spec = settings.read(stage, options, time)
+        textures = TextureTable(frame, options)
         cx = Context(
             stage=stage,
             frame=frame,
@@ -98,14 +100,14 @@ class SourceStage:
             options=options,
             purposes=spec.purposes,
             bindings=Bindings(spec.material_purposes, options.scene_materials),
-            materials=MaterialTable(frame, options),
-            lights=LightTable(frame, options),
+            materials=MaterialTable(frame, options, textures),
+            lights=LightTable(frame, options, textures),
             xforms=UsdGeom.XformCache(time),
         )
         world = cx.spaces["world"] = Space(payload.WORLD, stage.GetPseudoRoot())
         roots = stage.GetPseudoRoot().GetFilteredChildren(Usd.TraverseInstanceProxies())
-        Traversal(cx).walk(roots, Inherited(Gf.Matrix4d(1)), world)
-        instancing.place_lights(cx)
+        Traversal(cx).run(roots, Inherited(Gf.Matrix4d(1)), world)
+        instancing.LightPlacement(cx).place(payload.WORLD, Gf.Matrix4d(1))
         cx.lights.finish()
 
         camera = cameras.choose(stage, spec, cx.cameras)

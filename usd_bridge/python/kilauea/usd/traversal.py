@@ -22,7 +22,15 @@ class Traversal:
         self._cx = cx
         self._kinds: dict[str, str] = {}
         self._predicate = Usd.TraverseInstanceProxies()
-        cx.walk = self.walk
+
+    def run(self, roots: list[Usd.Prim], inherited: Inherited, space: Space) -> None:
+        """Visit the whole stage."""
+        self._cx.walk = self.walk
+        try:
+            self.walk(roots, inherited, space)
+        finally:
+            # Nothing may keep the stage alive once the frame is filled.
+            del self._cx.walk
 
     def walk(self, roots: list[Usd.Prim], inherited: Inherited, space: Space) -> None:
         """Visit prims and everything below them."""
