@@ -262,3 +262,15 @@ def test_preparing_is_fast(tmp_path, table):
     start = time.process_time()
     table.index(path, "a.tif")
     assert time.process_time() - start < 2.0
+
+
+GOLDEN = Path(__file__).parents[2] / "crates/kilauea-texture/tests/data/grid.tiles"
+
+
+def test_the_engine_is_tested_with_what_is_written(tmp_path, frame, table):
+    y, x = np.mgrid[0:2, 0:70]
+    texels = np.stack([x, 100 * y, np.full_like(x, 200), x + y], axis=2).astype(np.uint8)
+    path = write_image(tmp_path / "grid.png", texels, oiio__UnassociatedAlpha=1)
+    table.index(path, "grid.png")
+    written = Path(frame.textures[0]["files"][0]["tiles"]).read_bytes()
+    assert written == GOLDEN.read_bytes()

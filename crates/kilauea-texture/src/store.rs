@@ -6,7 +6,7 @@ use kilauea_scene::{TextureSource, Wrap};
 
 use crate::cache::{HeldTile, TileCache};
 use crate::image::{Image, Level};
-use crate::wrap::wrap_index;
+use crate::wrap::{is_black, wrap_index};
 use crate::{TextureError, TextureStats};
 
 const FIRST_UDIM: u32 = 1001;
@@ -91,14 +91,20 @@ impl TextureStore {
     ///
     /// Bilinear in the finest mip level for `width` 0, else trilinear for a footprint of `width`
     /// in units of st. None where the image or the UDIM tile is missing. UDIM tiles do not wrap:
-    /// each is clamped at its border.
+    /// each is clamped at its border. `Wrap::Black` is transparent black outside [0, 1] and
+    /// clamped inside.
     pub fn sample(&self, texture: u32, st: Vec2, width: f32, wrap: [Wrap; 2]) -> Option<[f32; 4]> {
         // Keeps texel indices far inside `i64`; NaN is looked up at 0.
         let bounded = |x: f32| if x.is_nan() { 0.0 } else { x.clamp(-1e9, 1e9) };
         let st = Vec2::new(bounded(st.x), bounded(st.y));
         match self.textures.get(texture as usize)? {
             Texture::Missing => None,
-            Texture::Plain(image) => self.filtered(&self.images[*image as usize], st, width, wrap),
+            Texture::Plain(image) => {
+                if is_black(st.x, wrap[0]) || is_black(st.y, wrap[1]) {
+                    return Some([0.0; 4]);
+                }
+                self.filtered(&self.images[*image as usize], st, width, wrap)
+            }
             Texture::Udim(images) => {
                 let tile = st.floor();
                 let columns = 0.0..N_UDIM_COLUMNS as f32;
@@ -210,11 +216,7 @@ impl TextureStore {
         for (row, weight_y) in rows.into_iter().zip([1.0 - fy, fy]) {
             for (column, weight_x) in columns.into_iter().zip([1.0 - fx, fx]) {
                 let weight = weight_x * weight_y;
-                // Beyond a black border there is nothing to add.
-                let (Some(x), Some(y)) = (column, row) else {
-                    continue;
-                };
-                let (address, idx) = level.locate(x, y);
+                let (address, idx) = level.locate(column, row);
                 let tile = match held {
                     Some((slot, ref tile)) if slot == address.slot => tile,
                     _ => {
@@ -339,8 +341,9 @@ mod tests {
         check(Wrap::Mirror, 1.375, 2.0);
         check(Wrap::Mirror, -0.375, 1.0);
         check(Wrap::Mirror, 2.125, 0.0);
-        check(Wrap::Black, 1.0, 1.5);
-        check(Wrap::Black, 1.125, 0.0);
+        check(Wrap::Black, 1.0, 3.0);
+        check(Wrap::Black, 0.75, 2.5);
+        check(Wrap::Black, 1.001, 0.0);
         check(Wrap::Black, -5.0, 0.0);
         for s in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30, -1e30] {
             for wrap in [Wrap::Black, Wrap::Clamp, Wrap::Repeat, Wrap::Mirror] {

@@ -39,55 +39,42 @@ impl TexelFormat {
     /// alpha is 1.
     #[inline]
     pub(crate) fn decode(self, texels: &[u8], idx: usize) -> [f32; 4] {
-        let size = self.n_bytes();
-        let texel = &texels[idx * size..][..size];
         let n = self.channels as usize;
-        let mut stored = [0.0; 4];
         match self.element {
             Element::U8 => {
-                let tables = &*U8_TABLES;
-                let color = match self.transfer {
-                    Transfer::Linear => &tables.linear,
-                    Transfer::Srgb => &tables.srgb,
-                };
-                for (value, &byte) in stored.iter_mut().zip(texel) {
-                    *value = color[byte as usize];
-                }
-                // Alpha has no transfer curve.
-                if n.is_multiple_of(2) {
-                    stored[n - 1] = tables.linear[texel[n - 1] as usize];
+                let unit = |byte: u8| f32::from(byte) * (1.0 / 255.0);
+                let texel = &texels[idx * n..][..n];
+                match self.transfer {
+                    Transfer::Linear => expand(texel, unit, unit),
+                    // Alpha has no transfer curve.
+                    Transfer::Srgb => expand(texel, |byte| SRGB_TO_LINEAR[byte as usize], unit),
                 }
             }
             Element::F16 => {
-                for (value, bytes) in stored.iter_mut().zip(texel.as_chunks().0) {
-                    *value = f16::from_le_bytes(*bytes).to_f32();
-                }
+                let number = |bytes| f16::from_le_bytes(bytes).to_f32();
+                expand(&texels.as_chunks().0[idx * n..][..n], number, number)
             }
             Element::F32 => {
-                for (value, bytes) in stored.iter_mut().zip(texel.as_chunks().0) {
-                    *value = f32::from_le_bytes(*bytes);
-                }
+                let texel = &texels.as_chunks().0[idx * n..][..n];
+                expand(texel, f32::from_le_bytes, f32::from_le_bytes)
             }
-        }
-        let [r, g, b, a] = stored;
-        match n {
-            1 => [r, r, r, 1.0],
-            2 => [r, r, r, g],
-            3 => [r, g, b, 1.0],
-            _ => [r, g, b, a],
         }
     }
 }
 
-struct U8Tables {
-    linear: [f32; 256],
-    srgb: [f32; 256],
+#[inline]
+fn expand<T: Copy>(texel: &[T], color: impl Fn(T) -> f32, alpha: impl Fn(T) -> f32) -> [f32; 4] {
+    match *texel {
+        [v] => [color(v), color(v), color(v), 1.0],
+        [v, a] => [color(v), color(v), color(v), alpha(a)],
+        [r, g, b] => [color(r), color(g), color(b), 1.0],
+        [r, g, b, a] => [color(r), color(g), color(b), alpha(a)],
+        _ => [0.0; 4],
+    }
 }
 
-static U8_TABLES: LazyLock<U8Tables> = LazyLock::new(|| U8Tables {
-    linear: std::array::from_fn(|i| i as f32 / 255.0),
-    srgb: std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32),
-});
+static SRGB_TO_LINEAR: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f64 / 255.0) as f32));
 
 /// IEC 61966-2-1.
 fn srgb_to_linear(encoded: f64) -> f64 {

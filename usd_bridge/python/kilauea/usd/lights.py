@@ -173,9 +173,6 @@ class _Light:
     def _shaping(self, shape: dict[str, Any]) -> dict[str, Any] | None:
         if not self._prim.HasAPI(UsdLux.ShapingAPI):
             return None
-        if shape["type"] in ("dome", "distant"):
-            self._remark("shaping of a light at infinity is not rendered")
-            return None
         profile = self._input("shaping:ies:file", None)
         if isinstance(profile, Sdf.AssetPath) and profile.path:
             self._remark("IES profiles are not rendered")
@@ -186,8 +183,12 @@ class _Light:
             "focus": float(self._input("shaping:focus", 0.0)),
             "focus_tint": [float(c) for c in focus_tint],
         }
-        shapes_nothing = shaping["cone_angle_degrees"] >= 180.0 and shaping["focus"] == 0.0
-        return None if shapes_nothing else shaping
+        if shaping["cone_angle_degrees"] >= 180.0 and shaping["focus"] == 0.0:
+            return None
+        if shape["type"] in ("dome", "distant"):
+            self._remark("shaping of a light at infinity is not rendered")
+            return None
+        return shaping
 
     def _remark_on_the_rest(self) -> None:
         prim = self._prim

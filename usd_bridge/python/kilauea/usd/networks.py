@@ -275,7 +275,6 @@ def _uv_texture(network: Network, shader: UsdShade.Shader, output: str) -> Value
     if st is None:
         st = network.primvar("st", (0.0, 0.0), 2) if is_materialx else None
     if st is None:
-        network.remark("a texture has no texture coordinates: looked up at (0, 0)")
         st = network.constant((0.0, 0.0))
     node = network.texture(
         shader.GetInput("file"),
