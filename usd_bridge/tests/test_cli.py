@@ -11,7 +11,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-
 from kilauea import cli, render
 
 SCENE = 'def Sphere "S" {} def SphereLight "L" {} def Camera "C" {}'
@@ -76,8 +75,9 @@ def stage(write_stage):
 
 def test_flags_reach_the_engine(engine, stage, tmp_path, capsys):
     out, stats_file = tmp_path / "a.exr", tmp_path / "a.json"
-    flags = """-r 40 20 -p 9 --max-depth 3 --seed 5 --filter box -j 2 --aov depth albedo
-        --complexity high --timelimit 1000 -f 12""".split()
+    flags = ["-r", "40", "20", "-p", "9", "--max-depth", "3", "--seed", "5", "--filter", "box"]
+    flags += ["-j", "2", "--aov", "depth", "albedo", "--complexity", "high", "-f", "12"]
+    flags += ["--timelimit", "1000"]
     assert cli.main(["render", stage, "-o", str(out), "--stats", str(stats_file), *flags]) == 0
     settings = engine.settings[0]
     assert settings["resolution"] == [40, 20]
@@ -113,7 +113,8 @@ def test_husk_and_usdrecord_spellings(engine, stage, tmp_path, capsys):
     err = capsys.readouterr().err
     assert "--bucket-size" in err
     assert "--vendor:thing" in err
-    usdrecord = "--imageWidth 200 -cam /C --renderer Storm --disableGpu --frames 1:2".split()
+    usdrecord = ["--imageWidth", "200", "-cam", "/C", "--renderer", "Storm", "--disableGpu"]
+    usdrecord += ["--frames", "1:2"]
     pattern = str(tmp_path / "b.####.exr")
     assert cli.main(["render", stage, pattern, *usdrecord]) == 0
     assert engine.settings[1]["resolution"] == [200, 146]

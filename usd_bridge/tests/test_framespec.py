@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import pytest
-
 from kilauea import framespec
 from kilauea.errors import UsageError
 

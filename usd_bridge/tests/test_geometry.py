@@ -260,7 +260,8 @@ def test_velocities_are_per_second(flatten):
             *("Cylinder", "X", (2, 2, 5)),
         ),
         (
-            'def Cylinder_1 "S" { double radiusBottom = 1; double radiusTop = 2; double height = 5 }',
+            'def Cylinder_1 "S" { double radiusBottom = 1; '
+            "double height = 5; double radiusTop = 2 }",
             *("Cylinder", "Z", (1, 2, 5)),
         ),
         ('def Cone "S" { double radius = 2; double height = 5 }', "Cone", "Z", (2, 0, 5)),

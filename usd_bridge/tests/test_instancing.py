@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import numpy as np
 from conftest import material_path, translation
-
 from kilauea import payload
 
 QUAD = """
@@ -101,7 +100,8 @@ def test_purpose_from_outside_counts(flatten):
         def Xform "Guides" {{ uniform token purpose = "guide"
             def Xform "A" (instanceable = true; inherits = </Asset>) {{}} }}
         def Xform "B" (instanceable = true; inherits = </Asset>) {{}}
-        def Xform "C" (instanceable = true; inherits = </Asset>) {{ token visibility = "invisible" }}"""
+        def Xform "C" (instanceable = true; inherits = </Asset>) {{
+            token visibility = "invisible" }}"""
     )
     assert [path for path, _ in placements(frame)] == ["/B/M"]
 

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import pytest
-
 from kilauea.errors import UsageError
 from kilauea.usd.settings import data_window
 from kilauea.usd.stage import FlattenOptions, SourceStage

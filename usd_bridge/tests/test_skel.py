@@ -113,5 +113,7 @@ def test_skinning_inside_instances(flatten):
     )
     direct, instanced = frame.meshes
     assert instanced.prototype != direct.prototype
-    np.testing.assert_allclose(world_points(instanced) + [7, 0, 0], world_points(direct), atol=1e-5)
+    np.testing.assert_allclose(
+        world_points(instanced) + np.array([7, 0, 0]), world_points(direct), atol=1e-5
+    )
     assert frame.instances[0].parent_from_prototype[0, 3].tolist() == [0, 0, 50, 1]

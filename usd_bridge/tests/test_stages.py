@@ -38,4 +38,3 @@ def test_flattens(name):
         assert 0 < instances.prototype < len(frame.prototypes)
         assert instances.parent_from_prototype.shape[1:] == (4, 4)
     assert len(frame.camera["world_from_camera"]) == 16
-    assert frame.lights
