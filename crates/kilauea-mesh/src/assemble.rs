@@ -215,7 +215,7 @@ fn locate<'a>(shape: &Shape<'_, 'a>, plan: &Plan, report: &mut Report) -> Option
             for p in mesh.points {
                 let p = DVec3::from_array(p.map(f64::from));
                 let p_root = root_from_mesh.transform_point3(p);
-                if is_placeable(p_root) {
+                if is_placeable(p) && is_placeable(p_root) {
                     located.bounds.include(p);
                     located.root_bounds.include(p_root);
                 } else {

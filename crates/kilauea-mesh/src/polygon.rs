@@ -181,6 +181,7 @@ pub(crate) fn polygon_surface<'a>(
         prototype_from_points: prototype_from_mesh,
         left_handed: mesh.left_handed,
         has_bad_points,
+        n_dropped: 0,
     }
 }
 

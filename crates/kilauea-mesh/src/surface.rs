@@ -49,6 +49,8 @@ pub(crate) struct Surface<'a> {
     pub(crate) left_handed: bool,
     /// Whether some points are not [`is_placeable`].
     pub(crate) has_bad_points: bool,
+    /// Triangles that were left out on the way here, because of such points.
+    pub(crate) n_dropped: usize,
 }
 
 /// Which faces go where.
@@ -98,7 +100,7 @@ pub(crate) fn triangles_of_parts(surface: &Surface<'_>) -> (Vec<Vec<Triangle>>, 
     let flip = surface.left_handed != (surface.prototype_from_points.matrix3.determinant() < 0.0);
     let mut triangulator = crate::triangulate::Triangulator::default();
     let mut corner_points = Vec::new();
-    let mut n_dropped = 0;
+    let mut n_dropped = surface.n_dropped;
     let mut first = 0;
     for face in 0..n_faces {
         let size = surface.sizes.size(face);
@@ -120,7 +122,10 @@ pub(crate) fn triangles_of_parts(surface: &Surface<'_>) -> (Vec<Vec<Triangle>>, 
         );
         if surface.has_bad_points {
             let to_prototype = &surface.prototype_from_points;
-            let good = |p: &Vec3| is_placeable(to_prototype.transform_point3(p.as_dvec3()));
+            let good = |p: &Vec3| {
+                let p = p.as_dvec3();
+                is_placeable(p) && is_placeable(to_prototype.transform_point3(p))
+            };
             if !corner_points.iter().all(good) {
                 n_dropped += size - 2;
                 continue;

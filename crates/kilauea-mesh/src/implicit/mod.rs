@@ -134,6 +134,7 @@ pub(crate) fn implicit_surface<'a>(
         prototype_from_points: prototype_from_mesh,
         left_handed: false,
         has_bad_points: false,
+        n_dropped: 0,
     }
 }
 
