@@ -24,9 +24,14 @@ def stage():
     return Usd.Stage.CreateInMemory()
 
 
+def light_table(frame, time=1.0):
+    options = SimpleNamespace(time=Usd.TimeCode(time))
+    return lights.LightTable(frame, options, textures.TextureTable(frame, options))
+
+
 def translate(prim, matrix=None, time=1.0):
     frame = payload.Frame(stage="", time=time)
-    table = lights.LightTable(frame, SimpleNamespace(time=Usd.TimeCode(time)))
+    table = light_table(frame, time)
     table.add(prim, matrix or Gf.Matrix4d(1))
     assert not frame.lights
     table.finish()
@@ -127,6 +132,11 @@ def test_black_and_infinite_lights_are_left_out(stage):
     frame = translate(light.GetPrim())
     assert not frame.lights
     assert frame.warnings
+    light.CreateExposureAttr(5000)
+    assert not translate(light.GetPrim()).lights
+    light.CreateExposureAttr(0)
+    light.CreateRadiusAttr(float("nan"))
+    assert not translate(light.GetPrim()).lights
 
 
 @pytest.mark.parametrize(
@@ -315,7 +325,7 @@ def test_old_attribute_names(stage):
 def test_copies_share_a_warning_line(stage):
     prim = UsdLux.PortalLight.Define(stage, "/light").GetPrim()
     frame = payload.Frame(stage="", time=1.0)
-    table = lights.LightTable(frame, SimpleNamespace(time=1.0))
+    table = light_table(frame)
     for _ in range(3):
         table.add(prim, Gf.Matrix4d(1))
     assert frame.warnings == ["/light: PortalLight lights are not rendered"]
@@ -335,7 +345,7 @@ def stages():
 def test_lights_of_asset_stages(name):
     stage = Usd.Stage.Open(str(ASSETS / name))
     frame = payload.Frame(stage=name, time=1.0)
-    table = lights.LightTable(frame, SimpleNamespace(time=Usd.TimeCode(1.0)))
+    table = light_table(frame)
     n_lights = 0
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
         if prim.HasAPI(UsdLux.LightAPI):

@@ -31,6 +31,12 @@ def image(tmp_path):
     output.close()
 
 
+def tables(frame, time=1.0):
+    options = SimpleNamespace(time=Usd.TimeCode(time))
+    images = textures.TextureTable(frame, options)
+    return materials.MaterialTable(frame, options, images), images
+
+
 class Translated:
     """A stage's /M as the engine gets it."""
 
@@ -40,9 +46,10 @@ class Translated:
         file.write_text(f"#usda 1.0\n{body}".replace(" }", "\n}"))
         self.stage = Usd.Stage.Open(str(file))
         self.frame = payload.Frame(stage="s.usda", time=time)
-        self.table = materials.MaterialTable(self.frame, SimpleNamespace(time=Usd.TimeCode(time)))
+        self.table, self.textures = tables(self.frame, time)
         self.index = self.table.index(UsdShade.Material.Get(self.stage, "/M"), False, False)
         self.record = self.frame.materials[self.index]
+        self.textures.finish()
         check_record(self.record, self.frame)
 
     def __getitem__(self, name):
@@ -402,7 +409,7 @@ def test_the_universal_preview_surface_wins(tmp_path):
 
 def test_unbound_surfaces(tmp_path):
     frame = payload.Frame(stage="", time=0.0)
-    table = materials.MaterialTable(frame, SimpleNamespace(time=0.0))
+    table, _ = tables(frame)
     with_color = table.index(None, True, False)
     assert table.index(None, True, False) == with_color
     plain = table.index(None, False, False)
@@ -445,8 +452,9 @@ def stages():
 def test_materials_of_asset_stages(name):
     stage = Usd.Stage.Open(str(ASSETS / name))
     frame = payload.Frame(stage=name, time=1.0)
-    table = materials.MaterialTable(frame, SimpleNamespace(time=Usd.TimeCode(1.0)))
+    table, images = tables(frame)
     for prim in stage.Traverse(Usd.TraverseInstanceProxies()):
         if prim.IsA(UsdShade.Material):
             index = table.index(UsdShade.Material(prim), False, False)
             check_record(frame.materials[index], frame)
+    images.finish()

@@ -30,6 +30,10 @@ def table(frame):
     return textures.TextureTable(frame, SimpleNamespace(time=Usd.TimeCode(1.0)))
 
 
+def another_table():
+    return textures.TextureTable(payload.Frame(stage="", time=1.0), SimpleNamespace(time=1.0))
+
+
 def write_image(path, texels, dtype="uint8", **attributes):
     texels = np.asarray(texels)
     spec = oiio.ImageSpec(texels.shape[1], texels.shape[0], texels.shape[2], dtype)
@@ -65,7 +69,9 @@ def read_tiles(path):
     return header, levels
 
 
-def prepared(frame, index, udim=0):
+def prepared(table, index, udim=0):
+    table.finish()
+    frame = table._frame
     (file,) = [f for f in frame.textures[index]["files"] if f["udim"] == udim]
     return read_tiles(file["tiles"])
 
@@ -73,7 +79,7 @@ def prepared(frame, index, udim=0):
 def test_every_texel_arrives_lowest_row_first(tmp_path, frame, table):
     texels = np.random.default_rng(1).integers(0, 256, (130, 201, 3), np.uint8)
     index = table.index(write_image(tmp_path / "a.png", texels), "a.png", "raw")
-    header, levels = prepared(frame, index)
+    header, levels = prepared(table, index)
     assert (header.width, header.height, header.channels, header.element) == (201, 130, 3, 0)
     assert np.array_equal(levels[0], texels[::-1])
     assert [level.shape[:2] for level in levels][-2:] == [(2, 3), (1, 1)]
@@ -96,7 +102,7 @@ def test_every_texel_arrives_lowest_row_first(tmp_path, frame, table):
 def test_color_space_choice(tmp_path, frame, table, shape, dtype, color_space, transfer):
     texels = np.full(shape, 128, dtype)
     index = table.index(write_image(tmp_path / "a.png", texels, dtype), "a.png", color_space)
-    header, levels = prepared(frame, index)
+    header, levels = prepared(table, index)
     assert header.transfer == transfer
     assert levels[0].shape == shape
 
@@ -105,7 +111,7 @@ def test_srgb_mips_average_light(tmp_path, frame, table):
     texels = np.zeros((2, 2, 4), np.uint8)
     texels[:, 0] = 255
     index = table.index(write_image(tmp_path / "a.png", texels), "a.png", "auto")
-    _, levels = prepared(frame, index)
+    _, levels = prepared(table, index)
     # Half the light is code 188 in sRGB; alpha is linear.
     assert levels[1][0, 0].tolist() == [188, 188, 188, 128]
 
@@ -113,7 +119,7 @@ def test_srgb_mips_average_light(tmp_path, frame, table):
 def test_sixteen_bit_srgb_becomes_linear(tmp_path, frame, table):
     texels = np.full((2, 2, 3), 32768, np.uint16)
     index = table.index(write_image(tmp_path / "a.png", texels, "uint16"), "a.png", "sRGB")
-    header, levels = prepared(frame, index)
+    header, levels = prepared(table, index)
     assert (header.element, header.transfer) == (1, 0)
     assert levels[0] == pytest.approx(0.21404, rel=1e-3)
 
@@ -124,7 +130,7 @@ def test_high_dynamic_range(tmp_path, frame, table, largest, element):
     texels[0, 0] = largest
     texels[2, 2] = np.nan
     index = table.index(write_image(tmp_path / "a.exr", texels, "float"), "a.exr")
-    header, levels = prepared(frame, index)
+    header, levels = prepared(table, index)
     assert header.element == element
     assert levels[0][2, 0, 0] == pytest.approx(largest, rel=1e-3)
     assert levels[0][0, 2, 0] == 0.0
@@ -135,7 +141,7 @@ def test_high_dynamic_range(tmp_path, frame, table, largest, element):
 def test_alpha_is_not_multiplied_in(tmp_path, frame, table):
     texels = np.full((2, 2, 4), (200, 100, 50, 10), np.uint8)
     source = write_image(tmp_path / "a.png", texels, oiio__UnassociatedAlpha=1)
-    _, levels = prepared(frame, table.index(source, "a.png"))
+    _, levels = prepared(table, table.index(source, "a.png"))
     assert levels[0][0, 0].tolist() == [200, 100, 50, 10]
 
 
@@ -148,7 +154,7 @@ def test_data_window_is_put_into_the_display_window(tmp_path, frame, table):
     output.open(str(path), spec)
     output.write_image(np.ones((1, 2, 3), np.float16))
     output.close()
-    _, levels = prepared(frame, table.index(str(path), "a.exr"))
+    _, levels = prepared(table, table.index(str(path), "a.exr"))
     expected = np.zeros((4, 4))
     expected[1, 1:3] = 1  # third row from the top
     assert np.array_equal(levels[0][:, :, 0], expected)
@@ -167,27 +173,30 @@ def test_images_are_prepared_once(tmp_path, frame, table, cache, monkeypatch):
     write_image(path, np.zeros((2, 2, 3), np.uint8))
     assert table.index(str(path), "a.png") == table.index(str(path), "a.png") == 0
     assert table.index(str(path), "a.png", "raw") == 1
+    table.finish()
     assert len(list(cache.iterdir())) == 2
 
     with monkeypatch.context() as forbid:
         forbid.setattr(tile_files, "write", None)
-        again = payload.Frame(stage="", time=1.0)
-        textures.TextureTable(again, SimpleNamespace(time=1.0)).index(str(path), "a.png")
-    assert again.textures == frame.textures[:1]
+        again = another_table()
+        again.index(str(path), "a.png")
+        again.finish()
+    assert again._frame.textures == frame.textures[:1]
 
     write_image(path, np.full((2, 2, 3), 9, np.uint8))
     os.utime(path, ns=(1, 1))
-    changed = payload.Frame(stage="", time=1.0)
-    textures.TextureTable(changed, SimpleNamespace(time=1.0)).index(str(path), "a.png")
+    changed = another_table()
+    changed.index(str(path), "a.png")
     assert prepared(changed, 0)[1][0].max() == 9
 
 
 def test_a_damaged_cache_entry_is_written_again(tmp_path, frame, table):
     path = write_image(tmp_path / "a.png", np.full((2, 2, 3), 7, np.uint8))
     table.index(path, "a.png")
+    table.finish()
     Path(frame.textures[0]["files"][0]["tiles"]).write_bytes(b"junk")
-    again = payload.Frame(stage="", time=1.0)
-    textures.TextureTable(again, SimpleNamespace(time=1.0)).index(path, "a.png")
+    again = another_table()
+    again.index(path, "a.png")
     assert prepared(again, 0)[1][0].max() == 7
 
 
@@ -200,6 +209,9 @@ def test_missing_and_unreadable_images(tmp_path, frame, table):
     write_image(truncated, np.random.default_rng(1).random((64, 64, 3)).astype("f4"), "float")
     truncated.write_bytes(truncated.read_bytes()[:2000])
     cut = table.index(str(truncated), "cut.exr")
+    assert table.is_missing(missing)
+    assert table.is_missing(unreadable)
+    table.finish()
     for index in (missing, unreadable, cut):
         assert table.is_missing(index)
     assert len(frame.missing) == 3
@@ -217,7 +229,7 @@ def test_udim(tmp_path, frame, table):
     file.Set(Sdf.AssetPath("./t_<UDIM>.png"))
     index = table.index_of_attribute(file)
     assert [f["udim"] for f in frame.textures[index]["files"]] == [1001, 1012, 1100]
-    assert prepared(frame, index, 1012)[1][0].max() == 1012 % 256
+    assert prepared(table, index, 1012)[1][0].max() == 1012 % 256
     file.Set(Sdf.AssetPath("./u_<UDIM>.png"))
     assert table.is_missing(table.index_of_attribute(file))
     file.Set(Sdf.AssetPath(""))
@@ -242,7 +254,7 @@ def test_images_in_packages(tmp_path, frame, table, name):
     packed = Usd.Stage.Open(str(package))
     index = table.index_of_attribute(packed.GetPrimAtPath("/tex").GetAttribute("file"))
     assert not frame.missing
-    assert prepared(frame, index, 1001 if "UDIM" in name else 0)[1][0].max() == 77
+    assert prepared(table, index, 1001 if "UDIM" in name else 0)[1][0].max() == 77
 
 
 def test_time_samples(tmp_path, frame, table):
@@ -261,6 +273,7 @@ def test_preparing_is_fast(tmp_path, table):
     path = write_image(tmp_path / "a.tif", texels)
     start = time.process_time()
     table.index(path, "a.tif")
+    table.finish()
     assert time.process_time() - start < 2.0
 
 
@@ -272,5 +285,6 @@ def test_the_engine_is_tested_with_what_is_written(tmp_path, frame, table):
     texels = np.stack([x, 100 * y, np.full_like(x, 200), x + y], axis=2).astype(np.uint8)
     path = write_image(tmp_path / "grid.png", texels, oiio__UnassociatedAlpha=1)
     table.index(path, "grid.png")
+    table.finish()
     written = Path(frame.textures[0]["files"][0]["tiles"]).read_bytes()
     assert written == GOLDEN.read_bytes()

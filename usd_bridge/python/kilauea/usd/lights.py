@@ -14,6 +14,10 @@ from kilauea.usd.textures import TextureTable
 _POINT_RADIUS = 1e-3
 """Stands in for radius 0, in light space."""
 
+_MAX_EXPOSURE = 1000.0
+"""Beyond any number that f32 holds."""
+_MAX_F32 = 3.4e38
+
 _SHADOW_DEFAULTS = {
     "enable": True,
     "color": Gf.Vec3f(0.0),
@@ -27,12 +31,10 @@ _DOMES = (UsdLux.DomeLight, UsdLux.DomeLight_1)
 class LightTable:
     """The frame's lights."""
 
-    def __init__(
-        self, frame: payload.Frame, options: Any, textures: TextureTable | None = None
-    ) -> None:
+    def __init__(self, frame: payload.Frame, options: Any, textures: TextureTable) -> None:
         self._frame = frame
         self._time = Usd.TimeCode(options.time)
-        self._textures = textures or TextureTable(frame, options)
+        self._textures = textures
         self._remarks = Remarks(frame.warnings)
         self._records: list[dict[str, Any]] = []
 
@@ -75,7 +77,7 @@ class _Light:
         if radiance is None:
             return None
         self._remark_on_the_rest()
-        return {
+        record = {
             "path": str(self._prim.GetPath()),
             "shape": shape,
             "world_from_light": self._oriented(),
@@ -86,6 +88,10 @@ class _Light:
             "shaping": self._shaping(shape),
             "visible_to_camera": True,
         }
+        if not _is_finite(record):
+            self._remark("a number is not finite: not rendered")
+            return None
+        return record
 
     def _shape(self) -> dict[str, Any] | None:
         prim = self._prim
@@ -111,16 +117,15 @@ class _Light:
 
     def _radiance(self, shape: dict[str, Any]) -> list[float] | None:
         """Return the radiance (UsdLuxLightAPI); None where the light is black or has no extent."""
-        strength = float(self._input("intensity", 1.0)) * 2.0 ** float(self._input("exposure", 0.0))
+        strength = float(self._input("intensity", 1.0)) * 2.0 ** min(
+            float(self._input("exposure", 0.0)), _MAX_EXPOSURE
+        )
         color = Gf.Vec3f(self._input("color", Gf.Vec3f(1.0)))
         radiance = [float(c) * strength for c in color]
         if self._input("enableColorTemperature", False):
             kelvin = float(self._input("colorTemperature", 6500.0))
             blackbody = UsdLux.BlackbodyTemperatureAsRgb(kelvin)
             radiance = [r * max(float(b), 0.0) for r, b in zip(radiance, blackbody, strict=True)]
-        if not all(math.isfinite(r) for r in radiance):
-            self._remark("emission is not finite: not rendered")
-            return None
         if not any(radiance):
             return None
         is_point = self._is_point(shape)
@@ -290,6 +295,15 @@ def _illuminance_of_unit_radiance(angle_degrees: float) -> float:
         return 1.0
     sin_squared = math.sin(theta) ** 2
     return math.pi * (sin_squared if theta <= math.pi / 2.0 else 2.0 - sin_squared)
+
+
+def _is_finite(value: Any) -> bool:
+    """Return whether every number in a record is one in the engine too."""
+    if isinstance(value, dict):
+        return all(_is_finite(v) for v in value.values())
+    if isinstance(value, list):
+        return all(_is_finite(v) for v in value)
+    return not isinstance(value, float) or abs(value) <= _MAX_F32
 
 
 def _links_everything(collection: Usd.CollectionAPI) -> bool:

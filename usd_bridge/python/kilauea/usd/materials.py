@@ -37,12 +37,10 @@ _OPACITY_MODES = {"transparent": 0.0, "presence": 1.0}
 class MaterialTable:
     """The frame's materials, each once."""
 
-    def __init__(
-        self, frame: payload.Frame, options: Any, textures: TextureTable | None = None
-    ) -> None:
+    def __init__(self, frame: payload.Frame, options: Any, textures: TextureTable) -> None:
         self._frame = frame
         self._time = Usd.TimeCode(options.time)
-        self._textures = textures or TextureTable(frame, options)
+        self._textures = textures
         self._remarks = Remarks(frame.warnings)
         self._indices: dict[Any, int] = {}
         self._primvars: list[frozenset[str]] = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ from kilauea.usd.textures import TextureTable
 
 Numbers = tuple[float, ...]
 
+_MAX_F32 = 3.4e38
 _READER = "UsdPrimvarReader_"
 _READER_WIDTHS = {
     "float": 1,
@@ -258,14 +259,19 @@ class Network:
 
 
 def as_numbers(value: Any) -> Numbers | None:
-    """Return a value as one to four numbers; None where it is of another kind."""
+    """Return a value as one to four numbers; None where it is of another kind or not finite."""
     if isinstance(value, bool | int | float):
-        return (float(value),)
+        return _finite((float(value),))
     if isinstance(value, str) or not hasattr(value, "__len__"):
         return None
     if not 1 <= len(value) <= 4 or isinstance(value, Gf.Matrix2d | Gf.Matrix3d | Gf.Matrix4d):
         return None
-    return tuple(float(v) for v in value)
+    return _finite(float(v) for v in value)
+
+
+def _finite(numbers: Iterable[float]) -> Numbers | None:
+    numbers = tuple(numbers)
+    return numbers if all(abs(n) <= _MAX_F32 for n in numbers) else None
 
 
 def _uv_texture(network: Network, shader: UsdShade.Shader, output: str) -> Value | None:

@@ -109,6 +109,7 @@ class SourceStage:
         Traversal(cx).run(roots, Inherited(Gf.Matrix4d(1)), world)
         instancing.LightPlacement(cx).place(payload.WORLD, Gf.Matrix4d(1))
         cx.lights.finish()
+        textures.finish()
 
         camera = cameras.choose(stage, spec, cx.cameras)
         if options.image_width:

@@ -6,7 +6,9 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +24,29 @@ _UDIM = "<UDIM>"
 _UDIMS = range(1001, 1101)
 
 
+_MAX_THREADS = 8
+"""Each may hold an image of hundreds of megabytes."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Image:
+    """An image being prepared."""
+
+    source: str
+    """Resolved path."""
+    color_space: str
+    udim: int
+    files: list[dict[str, Any]]
+    """The texture's `TextureFile` records."""
+    where: str
+    """Prim and authored path, for messages."""
+
+
 class TextureTable:
     """The frame's textures, each image once.
 
     Tile files are kept in a cache folder and found again as long as the image has the same path,
-    size and time of modification.
+    size and time of modification. New ones are written by threads until `finish`.
     """
 
     def __init__(self, frame: payload.Frame, options: Any) -> None:
@@ -34,6 +54,8 @@ class TextureTable:
         self._time = Usd.TimeCode(options.time)
         self._indices: dict[tuple[str, ...], int] = {}
         self._wraps: dict[int, tile_files.Wraps] = {}
+        self._pool: ThreadPoolExecutor | None = None
+        self._pending: list[tuple[Future[None], _Image]] = []
 
     def index_of_attribute(self, attribute: Usd.Attribute, color_space: str = "auto") -> int | None:
         """Return the index of the image that an asset attribute names; None where it names none."""
@@ -67,6 +89,21 @@ class TextureTable:
         """Return the wrap modes in the image's metadata."""
         return self._wraps.get(index, (None, None))
 
+    def finish(self) -> None:
+        """Wait for the tile files being written; images that turn out damaged become missing."""
+        for future, image in self._pending:
+            try:
+                future.result()
+            except (tile_files.UnreadableImageError, OSError) as error:
+                self._warn(image, error)
+                image.files[:] = [file for file in image.files if file["udim"] != image.udim]
+                if not image.files:
+                    self._miss(image.where)
+        self._pending.clear()
+        if self._pool is not None:
+            self._pool.shutdown()
+            self._pool = None
+
     def _index(
         self,
         key: tuple[str, ...],
@@ -81,20 +118,38 @@ class TextureTable:
         files: list[dict[str, Any]] = []
         self._frame.textures.append({"path": authored, "files": files})
         where = f"{prim_path}: {authored}" if prim_path else authored
-        for udim, image in images.items():
+        for udim, source in images.items():
+            image = _Image(source, color_space, udim, files, where)
             try:
-                target = _prepared(image, color_space)
-            except tile_files.UnreadableImageError as error:
-                self._frame.warnings.append(f"{where}: {_file_name(image)} is unreadable: {error}")
-                continue
-            except OSError as error:
-                self._frame.warnings.append(f"{where}: cannot prepare the image: {error}")
+                target, wraps = self._prepare(image)
+            except (tile_files.UnreadableImageError, OSError) as error:
+                self._warn(image, error)
                 continue
             files.append({"udim": udim, "tiles": str(target)})
-            self._wraps.setdefault(index, tile_files.wraps(target) or (None, None))
+            self._wraps.setdefault(index, wraps)
         if not files:
-            self._frame.missing.append(f"{where}: texture not found or unreadable")
+            self._miss(where)
         return index
+
+    def _prepare(self, image: _Image) -> tuple[Path, tile_files.Wraps]:
+        """Return the tile file and wrap modes of an image; a new file is written by and by."""
+        target = _target(image)
+        wraps = tile_files.wraps(target)
+        if wraps is None:
+            with _on_disk(image.source) as file:
+                wraps = tile_files.wraps_of_image(file)
+            if self._pool is None:
+                self._pool = ThreadPoolExecutor(min(os.cpu_count() or 1, _MAX_THREADS))
+            self._pending.append((self._pool.submit(_write, image, target), image))
+        return target, wraps
+
+    def _warn(self, image: _Image, error: Exception) -> None:
+        reason = " ".join(str(error).split())
+        name = _file_name(image.source)
+        self._frame.warnings.append(f"{image.where}: {name} cannot be prepared: {reason}")
+
+    def _miss(self, where: str) -> None:
+        self._frame.missing.append(f"{where}: texture not found or unreadable")
 
 
 def cache_folder() -> Path:
@@ -119,22 +174,23 @@ def _udim_tiles(asset: Sdf.AssetPath, opinions: Sequence[Sdf.PropertySpec]) -> d
     return tiles
 
 
-def _prepared(image: str, color_space: str) -> Path:
-    """Return the tile file of an image, written if there is none yet."""
-    on_disk = Path(Ar.SplitPackageRelativePathOuter(image)[0])
+def _target(image: _Image) -> Path:
+    """Return where the tile file of an image is, or will be."""
+    on_disk = Path(Ar.SplitPackageRelativePathOuter(image.source)[0])
     try:
         status = on_disk.stat()
         version: tuple[Any, ...] = (str(on_disk.absolute()), status.st_mtime_ns, status.st_size)
     except OSError:
         # From a resolver that is no file system: known by its content.
-        version = (hashlib.sha256(_content(image)).hexdigest(),)
-    key = repr((tile_files.VERSION, image, version, color_space))
+        version = (hashlib.sha256(_content(image.source)).hexdigest(),)
+    key = repr((tile_files.VERSION, image.source, version, image.color_space))
     name = hashlib.sha256(key.encode()).hexdigest()[:32] + tile_files.SUFFIX
-    target = cache_folder() / name
-    if tile_files.wraps(target) is None:
-        with _on_disk(image) as file:
-            tile_files.write(file, target, color_space)
-    return target
+    return cache_folder() / name
+
+
+def _write(image: _Image, target: Path) -> None:
+    with _on_disk(image.source) as file:
+        tile_files.write(file, target, image.color_space)
 
 
 @contextmanager

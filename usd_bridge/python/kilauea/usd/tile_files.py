@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import struct
+import threading
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -76,7 +78,7 @@ def write(image_file: str, target: Path, color_space: str) -> None:
     for level in levels:
         header.append(_LEVEL.pack(level.shape[1], level.shape[0], offset))
         offset += level.nbytes
-    beside = target.with_name(f"{target.name}.{os.getpid()}")
+    beside = target.with_name(f"{target.name}.{os.getpid()}.{threading.get_ident()}")
     try:
         with beside.open("wb") as file:
             file.writelines(header)
@@ -100,7 +102,21 @@ def wraps(target: Path) -> Wraps | None:
     return _WRAPS[wrap_s], _WRAPS[wrap_t]
 
 
-def _read(image_file: str, color_space: str) -> _Image:
+def wraps_of_image(image_file: str) -> Wraps:
+    """Return the wrap modes in an image's metadata.
+
+    Raises
+    ------
+    UnreadableImageError
+        Where the image has no readable header.
+    """
+    with _open(image_file) as reader:
+        wrap_s, wrap_t = _wrap_metadata(reader.spec())
+    return _WRAPS[wrap_s], _WRAPS[wrap_t]
+
+
+@contextmanager
+def _open(image_file: str) -> Iterator[Any]:
     config = oiio.ImageSpec()
     # Texels as stored: nothing is multiplied by alpha.
     config.attribute("oiio:UnassociatedAlpha", 1)
@@ -108,6 +124,13 @@ def _read(image_file: str, color_space: str) -> _Image:
     if reader is None:
         raise UnreadableImageError(oiio.geterror() or "unknown image format")
     try:
+        yield reader
+    finally:
+        reader.close()
+
+
+def _read(image_file: str, color_space: str) -> _Image:
+    with _open(image_file) as reader:
         spec = reader.spec()
         is_u8 = str(spec.format) in ("uint8", "int8")
         element = "uint8" if is_u8 else "half" if str(spec.format) == "half" else "float"
@@ -119,8 +142,6 @@ def _read(image_file: str, color_space: str) -> _Image:
             color_space == "auto" and is_u8 and texels.shape[2] >= 3
         )
         wraps = _wrap_metadata(spec)
-    finally:
-        reader.close()
     if not is_u8:
         texels = _as_smallest_float(_linear(texels) if is_srgb else texels)
     return _Image(texels, is_srgb and is_u8, wraps)
