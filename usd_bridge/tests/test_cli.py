@@ -195,11 +195,20 @@ def test_missing_is_a_warning_without_strict(engine, write_stage, tmp_path, caps
 
 
 def test_time_limit_before_one_pass(engine, stage, tmp_path):
-    engine.stats["samples_per_pixel"] = 0.4
+    engine.stats["full_passes"] = 0
     out = tmp_path / "a.exr"
     assert cli.main(["render", stage, "-o", str(out), "--timelimit", "0.001"]) == 5
     assert engine.settings[0]["time_limit_secs"] > 0
     assert out.exists()
+
+
+def test_time_for_writing_is_kept_back(engine, stage, tmp_path):
+    limits = []
+    for width in ("100", "4000"):
+        argv = ["render", stage, "-o", str(tmp_path / "a.exr"), "-r", width, "1000"]
+        assert cli.main([*argv, "--timelimit", "1000"]) == 0
+        limits.append(engine.settings[-1]["time_limit_secs"])
+    assert limits[0] - limits[1] > 3.9e6 * render._WRITE_SECS_PER_PIXEL * 0.99
 
 
 def test_engine_errors_are_one_line(engine, stage, tmp_path, capsys, monkeypatch):

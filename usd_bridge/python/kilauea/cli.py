@@ -145,7 +145,7 @@ def _render(args: argparse.Namespace) -> int:
         _print_warnings([w for w in stats["warnings"] if w not in _said(frame)], verbosity)
         if verbosity >= 1:
             print(summary(stats, files), flush=True)
-        if args.timelimit is not None and stats.get("samples_per_pixel", 1) < 1:
+        if args.timelimit is not None and not stats.get("full_passes", 1):
             _print_error("the time limit came before one full pass; wrote what there was")
             code = TimeLimitError.exit_code
         started = time.monotonic()
