@@ -82,6 +82,15 @@ def test_points_and_normals_follow_the_joints(flatten, interpolation):
     np.testing.assert_allclose(normals, [[1, 0, 0], [0, 1, 0], [0, 1, 0]], atol=1e-5)
 
 
+def test_meshes_may_name_fewer_joints_and_in_another_order(flatten):
+    fewer = 'uniform token[] skel:joints = ["B"]' + INFLUENCES.replace("[0, 1, 1]", "[0, 0, 0]")
+    (mesh,) = flatten(rig(fewer), time=5.0).meshes
+    expected = [[100, 1, 0], [100, 2, 0], [100, 3, 0]]
+    np.testing.assert_allclose(world_points(mesh), expected, atol=1e-5)
+    normals = mesh.normals.values.reshape(-1, 3)
+    np.testing.assert_allclose(normals, [[0, 1, 0]] * 3, atol=1e-5)
+
+
 def test_blend_shapes_come_before_joints(flatten):
     (mesh,) = flatten(rig(INFLUENCES + SHAPES), time=0.0).meshes
     expected = [[101, 0, 0], [100, 2, 0], [100, 3, 2]]

@@ -41,3 +41,8 @@ def read_ints(attribute: Usd.Attribute, time: Usd.TimeCode) -> NDArray[np.int32]
 def matrix(value: Gf.Matrix4d) -> payload.Matrix:
     """Return a matrix as the payload has it."""
     return tuple(np.array(value).ravel().tolist())
+
+
+def indices_within(indices: NDArray[np.int32], n_values: int) -> bool:
+    """Return whether every index has a value."""
+    return not len(indices) or bool(indices.min() >= 0 and indices.max() < n_values)

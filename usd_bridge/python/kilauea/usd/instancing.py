@@ -10,7 +10,7 @@ from pxr import Gf, Usd, UsdGeom, UsdShade, UsdSkel
 
 from kilauea import payload
 from kilauea.usd import primvars
-from kilauea.usd.arrays import read_ints
+from kilauea.usd.arrays import indices_within, read_ints
 from kilauea.usd.context import Context, Inherited, Space
 
 DISPLAY_PRIMVARS = ("displayColor", "displayOpacity")
@@ -193,7 +193,7 @@ def _instance_primvars(cx: Context, prim: Usd.Prim, n_instances: int) -> dict[st
         if n_elements != n_instances:
             cx.notes.add(f"primvars:{converted.name} does not match the instances: not read", prim)
             continue
-        if converted.indices is not None and not _within(converted.indices, n_values):
+        if converted.indices is not None and not indices_within(converted.indices, n_values):
             cx.notes.add(f"primvars:{converted.name} has indices out of range: not read", prim)
             continue
         result[converted.name] = converted
@@ -202,10 +202,6 @@ def _instance_primvars(cx: Context, prim: Usd.Prim, n_instances: int) -> dict[st
 
 def _varying(candidates: Iterable[UsdGeom.Primvar]) -> Iterable[UsdGeom.Primvar]:
     return (p for p in candidates if p.GetInterpolation() != UsdGeom.Tokens.constant)
-
-
-def _within(indices: Any, n_values: int) -> bool:
-    return bool(indices.min() >= 0 and indices.max() < n_values)
 
 
 def _skel_key(cx: Context, instance: Usd.Prim) -> Hashable:

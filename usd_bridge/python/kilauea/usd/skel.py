@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from kilauea import payload
+from kilauea.usd.arrays import indices_within
 from kilauea.usd.context import Context
 
 
@@ -91,19 +92,23 @@ class Skinning:
             return None
         values = normals.values.reshape(-1, 3)
         if normals.indices is not None:
+            if not indices_within(normals.indices, len(values)):
+                return None
             values = values[normals.indices]
         influences = self.query.ComputeVaryingJointInfluences(n_points, self.time)
         if not influences:
             return None
         joint_indices, joint_weights = (np.asarray(a).reshape(n_points, -1) for a in influences)
         if normals.interpolation == "faceVarying":
+            if not indices_within(face_vertex_indices, n_points):
+                return None
             joint_indices = joint_indices[face_vertex_indices]
             joint_weights = joint_weights[face_vertex_indices]
         if len(joint_indices) != len(values):
             return None
         mapper = self.query.GetJointMapper()
         if mapper and not mapper.IsIdentity():
-            joints = mapper.RemapTransforms(joints)
+            joints = mapper.RemapTransforms(joints, Vt.Matrix4dArray())
         posed = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(values))
         done = UsdSkel.SkinNormals(
             self.query.GetSkinningMethod(),
