@@ -1,0 +1,27 @@
+"""`kilauea bench`: speed and error, ours and others', as tables and JSON."""
+
+from __future__ import annotations
+
+import argparse
+
+from kilauea.benchmarks import error, load, samples
+
+SUBCOMMANDS = {
+    "samples": (samples, "camera paths per second against Cycles and Mitsuba"),
+    "load": (load, "time and memory from the stage to the first ray, against Blender"),
+    "error": (error, "error against time, and its slope"),
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add a subcommand for each thing that is measured."""
+    subparsers = parser.add_subparsers(required=True, metavar="WHAT")
+    for name, (module, text) in SUBCOMMANDS.items():
+        sub = subparsers.add_parser(name, help=text, description=text)
+        module.add_arguments(sub)
+        sub.set_defaults(measure=module.run)
+
+
+def main(args: argparse.Namespace) -> int:
+    """Run a subcommand and return its exit code."""
+    return args.measure(args)

@@ -1,0 +1,1 @@
+"""What `kilauea bench` measures, one module per subcommand."""
