@@ -40,7 +40,7 @@ fn material(constants: &[(&str, [f32; 4])]) -> Material {
 /// `barycentrics` are `st`.
 fn albedo_at(material: &Material, barycentrics: Vec2) -> Spectrum {
     let mut inputs = ShaderInputs::new(material);
-    let shader = Checker::compile(&mut inputs).unwrap();
+    let shader = Checker::compile(&mut inputs).expect("inputs of the right kind");
     let summary = inputs.finish();
     assert!(summary.ignored.is_empty(), "{:?}", summary.ignored);
 
@@ -72,7 +72,7 @@ fn albedo_at(material: &Material, barycentrics: Vec2) -> Spectrum {
         textures: &textures,
     };
     let bsdf = shader.bsdf(&surface);
-    let sample = bsdf.sample(Vec3::Z, [0.5, 0.3, 0.7]).unwrap();
+    let sample = bsdf.sample(Vec3::Z, [0.5, 0.3, 0.7]).expect("a direction");
     let found = bsdf.albedo(Vec3::Z);
     assert!((sample.weight() - found).max_channel().abs() < 1e-6);
     found
