@@ -87,7 +87,9 @@ pub fn assemble(
             (locate(shape, &plan, &mut report), report)
         })
         .unzip();
-    reports.into_iter().for_each(|r| report.append(r));
+    for found in reports {
+        report.append(found);
+    }
 
     let spaces = Spaces::new(&plan, &located, &payloads, options);
     let (chunks, reports): (Vec<Vec<MeshChunk>>, Vec<Report>) = shapes
@@ -111,7 +113,9 @@ pub fn assemble(
             (chunks.unwrap_or_default(), report)
         })
         .unzip();
-    reports.into_iter().for_each(|r| report.append(r));
+    for found in reports {
+        report.append(found);
+    }
 
     let roots = located.iter().map(|l| l.as_ref().map(|l| l.root));
     let placed: Vec<(usize, Vec<MeshChunk>)> = roots
@@ -359,7 +363,7 @@ fn tessellate_shape(
         let what = "has values that are not finite; zero instead";
         report.warn(shape.path(), &format!("primvars:{name}"), what);
     }
-    built.chunks
+    built.pieces
 }
 
 fn make_scene(

@@ -26,9 +26,9 @@ pub(crate) struct Channel<'a> {
 /// How many elements a mesh has of each kind.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Counts {
-    pub(crate) n_points: usize,
-    pub(crate) n_faces: usize,
-    pub(crate) n_corners: usize,
+    pub(crate) points: usize,
+    pub(crate) faces: usize,
+    pub(crate) corners: usize,
 }
 
 impl<'a> Channel<'a> {
@@ -44,11 +44,11 @@ impl<'a> Channel<'a> {
         }
         let (domain, n_elements) = match primvar.interpolation {
             PrimvarInterpolation::Constant => (Domain::Constant, 1),
-            PrimvarInterpolation::Uniform => (Domain::Face, counts.n_faces),
+            PrimvarInterpolation::Uniform => (Domain::Face, counts.faces),
             PrimvarInterpolation::Varying | PrimvarInterpolation::Vertex => {
-                (Domain::Point, counts.n_points)
+                (Domain::Point, counts.points)
             }
-            PrimvarInterpolation::FaceVarying => (Domain::Corner, counts.n_corners),
+            PrimvarInterpolation::FaceVarying => (Domain::Corner, counts.corners),
         };
         let n_values = primvar.values.len() / width;
         let n_found = primvar.indices.map_or(n_values, <[i32]>::len);
@@ -111,9 +111,9 @@ mod tests {
             indices,
         };
         let counts = Counts {
-            n_points: 4,
-            n_faces: 2,
-            n_corners: 6,
+            points: 4,
+            faces: 2,
+            corners: 6,
         };
         Channel::from_primvar(&primvar, counts).map(|_| ())
     }

@@ -1,6 +1,8 @@
 use kilauea_math::{DVec3, Mat3, Vec3};
 use kilauea_scene::{Attribute, Interpolation, MeshChunk};
 
+use rayon::prelude::*;
+
 use crate::channel::{Channel, Domain};
 use crate::pieces::split_into_pieces;
 use crate::surface::{Surface, Triangle, triangles_of_parts};
@@ -20,7 +22,7 @@ pub(crate) struct ChunkSettings<'a> {
 /// Chunks of a mesh and what was wrong with its numbers.
 #[derive(Default)]
 pub(crate) struct Chunks {
-    pub(crate) chunks: Vec<MeshChunk>,
+    pub(crate) pieces: Vec<MeshChunk>,
     /// Triangles dropped because of their points.
     pub(crate) n_dropped: usize,
     /// Names of primvars with values that are not finite; these are zero now.
@@ -30,22 +32,22 @@ pub(crate) struct Chunks {
 /// Splits a surface by material and space and gives each piece its own compact arrays.
 pub(crate) fn build_chunks(surface: &Surface<'_>, settings: &ChunkSettings<'_>) -> Chunks {
     let (parts, n_dropped) = triangles_of_parts(surface);
-    let mut welder = Welder::new(surface.points.len());
-    let mut chunks = Vec::new();
+    let mut pieces = Vec::new();
     for (triangles, &material) in parts.into_iter().zip(&surface.parts.materials) {
         let centroid = |t: &Triangle| {
             t.corners.iter().fold(Vec3::ZERO, |sum, &c| {
                 sum + Vec3::from_array(surface.points[surface.corner_points[c as usize] as usize])
             })
         };
-        for piece in split_into_pieces(triangles, settings.max_triangles, centroid) {
-            let mut chunk = build_chunk(surface, settings, &mut welder, &piece);
-            chunk.material = material;
-            chunks.push(chunk);
-        }
+        let split = split_into_pieces(triangles, settings.max_triangles, centroid);
+        let built = split.into_par_iter().map_init(
+            || Welder::new(surface.points.len()),
+            |welder, piece| build_chunk(surface, settings, welder, &piece, material),
+        );
+        pieces.par_extend(built);
     }
     let mut not_finite = Vec::new();
-    for attribute in chunks.iter_mut().flat_map(|c| &mut c.attributes) {
+    for attribute in pieces.iter_mut().flat_map(|c| &mut c.attributes) {
         let mut bad = false;
         for x in attribute.data.iter_mut().filter(|x| !x.is_finite()) {
             *x = 0.0;
@@ -56,7 +58,7 @@ pub(crate) fn build_chunks(surface: &Surface<'_>, settings: &ChunkSettings<'_>) 
         }
     }
     Chunks {
-        chunks,
+        pieces,
         n_dropped,
         not_finite,
     }
@@ -67,6 +69,7 @@ fn build_chunk(
     settings: &ChunkSettings<'_>,
     welder: &mut Welder,
     piece: &[Triangle],
+    material: u32,
 ) -> MeshChunk {
     welder.clear();
     let splitting: Vec<&Channel<'_>> = surface
@@ -115,7 +118,7 @@ fn build_chunk(
         .collect();
     MeshChunk {
         prim_idx: settings.prim_idx,
-        material: 0,
+        material,
         positions,
         triangles,
         normals,

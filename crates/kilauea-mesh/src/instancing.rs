@@ -213,9 +213,9 @@ fn per_instance(
     kept: &[u32],
 ) -> Result<InstanceAttribute, String> {
     let counts = Counts {
-        n_points: n_instances,
-        n_faces: n_instances,
-        n_corners: n_instances,
+        points: n_instances,
+        faces: n_instances,
+        corners: n_instances,
     };
     let channel = Channel::from_primvar(primvar, counts)?;
     if channel.values.iter().any(|x| !x.is_finite()) {

@@ -59,12 +59,15 @@ pub(crate) fn check_topology<'a>(mesh: &PolyMesh<'a>, report: &mut Report) -> Op
         sizes,
         corner_points,
         counts: Counts {
-            n_points,
-            n_faces: counts.len(),
-            n_corners: indices.len(),
+            points: n_points,
+            faces: counts.len(),
+            corners: indices.len(),
         },
     })
 }
+
+/// The part of faces that no subset has claimed yet.
+const UNASSIGNED: u32 = Parts::HOLE - 1;
 
 /// Sorts faces by material and leaves out holes.
 pub(crate) fn assign_parts(mesh: &PolyMesh<'_>, n_faces: usize, report: &mut Report) -> Parts {
@@ -74,7 +77,6 @@ pub(crate) fn assign_parts(mesh: &PolyMesh<'_>, n_faces: usize, report: &mut Rep
             of_face: None,
         };
     }
-    const UNASSIGNED: u32 = Parts::HOLE - 1;
     let mut materials: Vec<u32> = Vec::new();
     let mut part_of = |material| {
         let found = materials.iter().position(|&m| m == material);
@@ -175,7 +177,7 @@ pub(crate) fn polygon_surface<'a>(
         corner_points: Cow::Borrowed(topology.corner_points),
         sizes: topology.sizes,
         source_faces: None,
-        parts: assign_parts(mesh, counts.n_faces, report),
+        parts: assign_parts(mesh, counts.faces, report),
         normals: normals.map(|n| by_corner_if_by_face(n, topology)),
         channels: check_primvars(mesh.path, &mesh.primvars, counts, report),
         prototype_from_points: prototype_from_mesh,
@@ -190,7 +192,7 @@ fn by_corner_if_by_face<'a>(channel: Channel<'a>, topology: &Topology<'_>) -> Ch
     if channel.domain != Domain::Face {
         return channel;
     }
-    let n_faces = topology.counts.n_faces;
+    let n_faces = topology.counts.faces;
     let indices = (0..n_faces).flat_map(|face| {
         let index = channel.indices.as_ref().map_or(face as u32, |i| i[face]);
         std::iter::repeat_n(index, topology.sizes.size(face))

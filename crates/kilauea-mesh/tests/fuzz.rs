@@ -64,6 +64,9 @@ impl Random {
     }
 }
 
+/// Interpolation, width, values, indices.
+type PrimvarArrays = (&'static str, u8, Vec<f32>, Option<Vec<i32>>);
+
 /// The arrays that a random mesh borrows.
 struct Arrays {
     points: Vec<[f32; 3]>,
@@ -71,7 +74,7 @@ struct Arrays {
     indices: Vec<i32>,
     holes: Vec<i32>,
     subset: Vec<i32>,
-    primvars: Vec<(&'static str, u8, Vec<f32>, Option<Vec<i32>>)>,
+    primvars: Vec<PrimvarArrays>,
     crease_indices: Vec<i32>,
     crease_lengths: Vec<i32>,
     crease_sharpnesses: Vec<f32>,

@@ -55,13 +55,13 @@ fn check_levels_agree<'a>(mesh: &PolyMesh<'a>, subdivision: &Subdivision<'a>, wh
         let (chunk, points) = only_chunk(&coarse);
         assert_eq!(chunk.prim_idx, 0);
         for (v, p) in points.iter().enumerate() {
-            let normal = Vec3::from_array(chunk.normals.as_ref().unwrap()[v]);
+            let normal = Vec3::from_array(normals(chunk)[v]);
             let matches = fine_points
                 .iter()
                 .enumerate()
                 .filter(|(_, q)| q.distance(*p) < 2e-5);
             let best = matches
-                .map(|(i, _)| normal.dot(Vec3::from_array(fine.normals.as_ref().unwrap()[i])))
+                .map(|(i, _)| normal.dot(Vec3::from_array(normals(fine)[i])))
                 .fold(f32::NEG_INFINITY, f32::max);
             assert!(
                 best > -2.0,

@@ -108,9 +108,9 @@ pub(crate) fn implicit_surface<'a>(
     report: &mut Report,
 ) -> Surface<'a> {
     let counts = Counts {
-        n_points: tessellation.points.len(),
-        n_faces: tessellation.corner_points.len() / tessellation.face_size,
-        n_corners: tessellation.corner_points.len(),
+        points: tessellation.points.len(),
+        faces: tessellation.corner_points.len() / tessellation.face_size,
+        corners: tessellation.corner_points.len(),
     };
     let mut channels = check_primvars(shape.path, &shape.primvars, counts, report);
     channels.retain(|c| c.domain == Domain::Constant);

@@ -6,6 +6,8 @@
 
 mod cage;
 mod level;
+mod limit;
+mod neighbours;
 mod normals;
 mod refined;
 mod rings;

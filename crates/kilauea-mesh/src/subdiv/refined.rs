@@ -1,8 +1,9 @@
 use crate::tokens::{Scheme, TriangleRule};
 
+use super::limit::limit;
 use super::normals::limit_normals;
 use super::rules::{VertexRules, vertex_rules};
-use super::smooth::{limit, refine, refine_linear};
+use super::smooth::{refine, refine_linear};
 use super::split::{ChildVertices, split};
 use super::topology::Topology;
 
@@ -38,7 +39,7 @@ impl Refinement {
     /// Refines and moves to the limit. Level 0 goes to level 1 and back to the cage's vertices:
     /// limit masks need quads.
     pub(crate) fn run(
-        &self,
+        self,
         cage: Topology,
         mut values: Vec<Values>,
         with_normals: bool,
@@ -75,14 +76,14 @@ impl Refinement {
     }
 
     /// The corner of the next level at a corner of the cage.
-    pub(crate) fn first_child(&self, corner: usize) -> usize {
+    pub(crate) fn first_child(self, corner: usize) -> usize {
         match self.scheme {
             Scheme::Loop => 3 * (4 * (corner / 3) + corner % 3),
             Scheme::CatmullClark | Scheme::Bilinear => 4 * corner,
         }
     }
 
-    fn refine(&self, topology: &Topology, rules: &[VertexRules], values: &mut Values) {
+    fn refine(self, topology: &Topology, rules: &[VertexRules], values: &mut Values) {
         match values.width {
             1 => self.refine_width::<1>(topology, rules, values),
             2 => self.refine_width::<2>(topology, rules, values),
@@ -92,7 +93,7 @@ impl Refinement {
     }
 
     fn refine_width<const W: usize>(
-        &self,
+        self,
         topology: &Topology,
         rules: &[VertexRules],
         values: &mut Values,
@@ -106,7 +107,7 @@ impl Refinement {
         values.data = new.into_flattened();
     }
 
-    fn move_to_limit(&self, topology: &Topology, rules: &[VertexRules], values: &mut Values) {
+    fn move_to_limit(self, topology: &Topology, rules: &[VertexRules], values: &mut Values) {
         match values.width {
             1 => self.limit_width::<1>(topology, rules, values),
             2 => self.limit_width::<2>(topology, rules, values),
@@ -116,7 +117,7 @@ impl Refinement {
     }
 
     fn limit_width<const W: usize>(
-        &self,
+        self,
         topology: &Topology,
         rules: &[VertexRules],
         values: &mut Values,

@@ -3,8 +3,8 @@
 
 use crate::tokens::Scheme;
 
+use super::neighbours::loop_beta;
 use super::rules::VertexRules;
-use super::smooth::loop_beta;
 use super::topology::Topology;
 
 /// Refinements of a ring. Each halves it, roughly.
@@ -117,15 +117,16 @@ impl<const W: usize> SmallRing<W> {
         for (k, face) in self.faces.iter_mut().enumerate() {
             *face = std::array::from_fn(|i| 0.25 * (old[k][i] + face[i] + old[(k + 1) % n][i]));
         }
-        for k in 0..n {
-            self.edges[k] = std::array::from_fn(|i| {
+        let moved = |k: usize| {
+            std::array::from_fn(|i| {
                 if self.is_sharp(k) {
                     0.5 * old[k][i]
                 } else {
                     0.25 * (old[k][i] + self.faces[k - 1][i] + self.faces[k][i])
                 }
-            });
-        }
+            })
+        };
+        self.edges = (0..n).map(moved).collect();
         let sum = |ring: &[[f64; W]], i: usize| ring.iter().map(|v| v[i]).sum::<f64>();
         std::array::from_fn(|i| {
             if self.is_open() {
@@ -140,15 +141,16 @@ impl<const W: usize> SmallRing<W> {
     fn step_loop(&mut self) -> [f64; W] {
         let n = self.edges.len();
         let old = self.edges.clone();
-        for k in 0..n {
-            self.edges[k] = std::array::from_fn(|i| {
+        let moved = |k: usize| {
+            std::array::from_fn(|i| {
                 if self.is_sharp(k) {
                     0.5 * old[k][i]
                 } else {
                     0.375 * old[k][i] + 0.125 * (old[k - 1][i] + old[(k + 1) % n][i])
                 }
-            });
-        }
+            })
+        };
+        self.edges = (0..n).map(moved).collect();
         std::array::from_fn(|i| {
             if self.is_open() {
                 0.125 * (old[0][i] + old[n - 1][i])

@@ -1,24 +1,17 @@
-//! Values of the next level, and limit values. `W` floats per value.
+//! Values of the next level; `W` floats per value.
 
-use std::f64::consts::TAU;
+use rayon::prelude::*;
 
 use crate::tokens::{Scheme, TriangleRule};
 
-use super::rings::limit_darts;
-use super::rules::{Rule, VertexRules};
+use super::neighbours::{MIN_PER_TASK, Neighbours, add, loop_beta};
+use super::rules::VertexRules;
 use super::split::ChildVertices;
-use super::topology::{NONE, Topology};
+use super::topology::Topology;
 
 /// Weight of the face opposite an edge, for triangles under [`TriangleRule::Smooth`]
 /// (OpenSubdiv documentation, "Triangle Subdivision Rule").
 const SMOOTH_TRIANGLE_WEIGHT: f32 = 0.470;
-
-#[inline]
-fn add<const W: usize>(sum: &mut [f32; W], weight: f32, value: &[f32; W]) {
-    for (s, v) in sum.iter_mut().zip(value) {
-        *s += weight * v;
-    }
-}
 
 /// Values at the next level's vertices, by the scheme's masks.
 pub(crate) fn refine<const W: usize>(
@@ -31,82 +24,111 @@ pub(crate) fn refine<const W: usize>(
     if scheme == Scheme::Bilinear {
         return refine_linear(topology, scheme, values);
     }
-    let numbers = ChildVertices::new(topology, scheme);
-    let mut out = Vec::with_capacity(numbers.vertices + topology.n_vertices);
+    let mut faces = Vec::new();
     if scheme == Scheme::CatmullClark {
-        push_face_points(topology, values, &mut out);
-    }
-    for edge in 0..topology.n_edges() {
-        let [a, b] = topology.ends(edge).map(|v| &values[v as usize]);
-        let mut middle = [0.0; W];
-        add(&mut middle, 0.5, a);
-        add(&mut middle, 0.5, b);
-        let half = topology.edge_half[edge];
-        let twin = topology.twin[half as usize];
-        let sharpness = topology.edge_sharpness[edge];
-        if sharpness >= 1.0 || twin == NONE {
-            out.push(middle);
-            continue;
-        }
-        let mut point = [0.0; W];
-        match scheme {
-            Scheme::Loop => {
-                add(&mut point, 0.75, &middle);
-                for h in [half, twin] {
-                    let opposite = topology.vertex[topology.prev(h) as usize];
-                    add(&mut point, 0.125, &values[opposite as usize]);
-                }
-            }
-            Scheme::CatmullClark | Scheme::Bilinear => {
-                let faces = [half, twin].map(|h| topology.face(h));
-                let w = face_weight(topology, triangle_rule, faces);
-                add(&mut point, 1.0 - 2.0 * w, &middle);
-                for face in faces {
-                    let face_point = out[face as usize];
-                    add(&mut point, w, &face_point);
-                }
-            }
-        }
-        if sharpness > 0.0 {
-            let smooth = point;
-            point = [0.0; W];
-            add(&mut point, sharpness, &middle);
-            add(&mut point, 1.0 - sharpness, &smooth);
-        }
-        out.push(point);
+        let numbers = ChildVertices::new(topology, scheme);
+        faces.reserve_exact(numbers.vertices + topology.n_vertices);
+        push_face_points(topology, values, &mut faces);
     }
     let sums = Neighbours::new(topology, rules, values, |sums: &mut [[f32; W]]| {
         if scheme == Scheme::CatmullClark {
             for corner in 0..topology.n_corners() {
-                let face_point = &out[topology.face(corner as u32) as usize];
+                let face_point = &faces[topology.face(corner as u32) as usize];
                 add(&mut sums[topology.vertex[corner] as usize], 1.0, face_point);
             }
         }
     });
-    for v in 0..topology.n_vertices {
-        let [smooth, crease, corner] = rules[v].weights(topology.vertex_sharpness[v]);
-        let mut point = [0.0; W];
-        add(&mut point, corner + 0.75 * crease, &values[v]);
-        add(&mut point, 0.125 * crease, &sums.crease[v]);
-        if smooth > 0.0 {
-            let n = rules[v].n_edges;
-            let (vertex, edge, face) = match scheme {
-                Scheme::Loop => {
-                    let beta = loop_beta(n);
-                    (1.0 - n as f32 * beta, beta, 0.0)
-                }
-                Scheme::CatmullClark | Scheme::Bilinear => {
-                    let n = n as f32;
-                    ((n - 2.0) / n, 1.0 / (n * n), 1.0 / (n * n))
-                }
-            };
-            add(&mut point, smooth * vertex, &values[v]);
-            add(&mut point, smooth * edge, &sums.edges[v]);
-            add(&mut point, smooth * face, &sums.faces[v]);
-        }
-        out.push(point);
-    }
+    let edges: Vec<[f32; W]> = (0..topology.n_edges())
+        .into_par_iter()
+        .with_min_len(MIN_PER_TASK)
+        .map(|edge| edge_point(topology, triangle_rule, edge, values, &faces))
+        .collect();
+    let vertices: Vec<[f32; W]> = (0..topology.n_vertices)
+        .into_par_iter()
+        .with_min_len(MIN_PER_TASK)
+        .map(|v| {
+            vertex_point(
+                rules[v],
+                topology.vertex_sharpness[v],
+                scheme,
+                &values[v],
+                sums.at(v),
+            )
+        })
+        .collect();
+    let mut out = faces;
+    out.extend(edges);
+    out.extend(vertices);
     out
+}
+
+/// Where an edge is split: its middle if sharp, else by the faces beside it too. Loop has no
+/// `faces`.
+fn edge_point<const W: usize>(
+    topology: &Topology,
+    triangle_rule: TriangleRule,
+    edge: usize,
+    values: &[[f32; W]],
+    faces: &[[f32; W]],
+) -> [f32; W] {
+    let middle = middle(topology, edge, values);
+    let half = topology.edge_half[edge];
+    let sharpness = topology.edge_sharpness[edge];
+    let Some(twin) = topology.beyond(half).filter(|_| sharpness < 1.0) else {
+        return middle;
+    };
+    let mut smooth = [0.0; W];
+    if faces.is_empty() {
+        add(&mut smooth, 0.75, &middle);
+        for h in [half, twin] {
+            let opposite = topology.vertex[topology.prev(h) as usize];
+            add(&mut smooth, 0.125, &values[opposite as usize]);
+        }
+    } else {
+        let beside = [half, twin].map(|h| topology.face(h));
+        let weight = face_weight(topology, triangle_rule, beside);
+        add(&mut smooth, 1.0 - 2.0 * weight, &middle);
+        for face in beside {
+            add(&mut smooth, weight, &faces[face as usize]);
+        }
+    }
+    if sharpness <= 0.0 {
+        return smooth;
+    }
+    let mut point = [0.0; W];
+    add(&mut point, sharpness, &middle);
+    add(&mut point, 1.0 - sharpness, &smooth);
+    point
+}
+
+/// Where a vertex goes.
+fn vertex_point<const W: usize>(
+    rules: VertexRules,
+    sharpness: f32,
+    scheme: Scheme,
+    value: &[f32; W],
+    [edges, faces, crease_ends]: [&[f32; W]; 3],
+) -> [f32; W] {
+    let [smooth, crease, corner] = rules.weights(sharpness);
+    let mut point = [0.0; W];
+    add(&mut point, corner + 0.75 * crease, value);
+    add(&mut point, 0.125 * crease, crease_ends);
+    if smooth > 0.0 {
+        let n = rules.n_edges as f32;
+        let (vertex, edge, face) = match scheme {
+            Scheme::Loop => {
+                let beta = loop_beta(rules.n_edges);
+                (1.0 - n * beta, beta, 0.0)
+            }
+            Scheme::CatmullClark | Scheme::Bilinear => {
+                ((n - 2.0) / n, 1.0 / (n * n), 1.0 / (n * n))
+            }
+        };
+        add(&mut point, smooth * vertex, value);
+        add(&mut point, smooth * edge, edges);
+        add(&mut point, smooth * face, faces);
+    }
+    point
 }
 
 /// Values at the next level's vertices, linear in between.
@@ -120,102 +142,14 @@ pub(crate) fn refine_linear<const W: usize>(
     if scheme != Scheme::Loop {
         push_face_points(topology, values, &mut out);
     }
-    out.extend((0..topology.n_edges()).map(|edge| {
-        let [a, b] = topology.ends(edge).map(|v| &values[v as usize]);
-        let mut middle = [0.0; W];
-        add(&mut middle, 0.5, a);
-        add(&mut middle, 0.5, b);
-        middle
-    }));
+    out.extend((0..topology.n_edges()).map(|edge| middle(topology, edge, values)));
     out.extend_from_slice(values);
     out
 }
 
-/// Values on the limit surface. Catmull-Clark's are those of quads.
-///
-/// Smooth vertices: Halstead et al. 1993 (Catmull-Clark), Loop 1987; creases: uniform cubic
-/// B-splines. Edges that are sharp at all count as creases.
-pub(crate) fn limit<const W: usize>(
-    topology: &Topology,
-    rules: &[VertexRules],
-    scheme: Scheme,
-    values: &[[f32; W]],
-) -> Vec<[f32; W]> {
-    if scheme == Scheme::Bilinear {
-        return values.to_vec();
-    }
-    let sums = Neighbours::new(topology, rules, values, |sums: &mut [[f32; W]]| {
-        if scheme == Scheme::CatmullClark {
-            for corner in 0..topology.n_corners() as u32 {
-                let diagonal = topology.vertex[topology.next(topology.next(corner)) as usize];
-                let vertex = topology.vertex[corner as usize];
-                add(&mut sums[vertex as usize], 1.0, &values[diagonal as usize]);
-            }
-        }
-    });
-    let limit_of = |v: usize| {
-        let mut point = [0.0; W];
-        match rules[v].rule(topology.vertex_sharpness[v]) {
-            Rule::Corner => point = values[v],
-            Rule::Crease => {
-                add(&mut point, 2.0 / 3.0, &values[v]);
-                add(&mut point, 1.0 / 6.0, &sums.crease[v]);
-            }
-            Rule::Smooth => {
-                let n = rules[v].n_edges as f32;
-                let (edge, face) = match scheme {
-                    Scheme::Loop => (1.0 / (n + 0.375 / loop_beta(rules[v].n_edges)), 0.0),
-                    Scheme::CatmullClark | Scheme::Bilinear => {
-                        let face = 1.0 / (n * (n + 5.0));
-                        (4.0 * face, face)
-                    }
-                };
-                add(&mut point, 1.0 - n * (edge + face), &values[v]);
-                add(&mut point, edge, &sums.edges[v]);
-                add(&mut point, face, &sums.faces[v]);
-            }
-        }
-        point
-    };
-    let mut limits = (0..topology.n_vertices).map(limit_of).collect::<Vec<_>>();
-    limit_darts(topology, rules, scheme, values, &mut limits);
-    limits
-}
-
-/// Sums over the neighbours of each vertex.
-struct Neighbours<const W: usize> {
-    edges: Vec<[f32; W]>,
-    faces: Vec<[f32; W]>,
-    /// Over the two ends of the crease.
-    crease: Vec<[f32; W]>,
-}
-
-impl<const W: usize> Neighbours<W> {
-    fn new(
-        topology: &Topology,
-        rules: &[VertexRules],
-        values: &[[f32; W]],
-        add_faces: impl Fn(&mut [[f32; W]]),
-    ) -> Self {
-        let zeros = || vec![[0.0; W]; topology.n_vertices];
-        let mut sums = Self {
-            edges: zeros(),
-            faces: zeros(),
-            crease: zeros(),
-        };
-        for edge in 0..topology.n_edges() {
-            let sharpness = topology.edge_sharpness[edge];
-            let [a, b] = topology.ends(edge).map(|v| v as usize);
-            for (v, other) in [(a, b), (b, a)] {
-                add(&mut sums.edges[v], 1.0, &values[other]);
-                if sharpness > 0.0 && rules[v].is_crease_edge(sharpness) {
-                    add(&mut sums.crease[v], 1.0, &values[other]);
-                }
-            }
-        }
-        add_faces(&mut sums.faces);
-        sums
-    }
+fn middle<const W: usize>(topology: &Topology, edge: usize, values: &[[f32; W]]) -> [f32; W] {
+    let [a, b] = topology.ends(edge).map(|v| &values[v as usize]);
+    std::array::from_fn(|i| 0.5 * a[i] + 0.5 * b[i])
 }
 
 fn push_face_points<const W: usize>(
@@ -247,11 +181,4 @@ fn face_weight(topology: &Topology, rule: TriangleRule, faces: [u32; 2]) -> f32 
         }
     });
     0.5 * (weights[0] + weights[1])
-}
-
-/// Loop's weight of each neighbour of a smooth vertex.
-pub(crate) fn loop_beta(n_edges: u32) -> f32 {
-    let n = f64::from(n_edges);
-    let center = 0.375 + 0.25 * (TAU / n).cos();
-    ((0.625 - center * center) / n) as f32
 }

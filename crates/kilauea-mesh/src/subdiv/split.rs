@@ -80,10 +80,6 @@ fn first_half(parent: &Topology, half: u32) -> u32 {
 /// of the half-edge before. Inner edge `c` goes from the middle of half-edge `c` to the face's.
 fn quads(parent: &Topology, numbers: ChildVertices, child: &mut Topology) {
     let n_halved = 2 * parent.n_edges() as u32;
-    let twin_or_none = |half: u32, child_of: &dyn Fn(u32) -> u32| {
-        let twin = parent.twin[half as usize];
-        if twin == NONE { NONE } else { child_of(twin) }
-    };
     for c in 0..parent.n_corners() as u32 {
         let (prev, next) = (parent.prev(c), parent.next(c));
         let middle = |half: u32| numbers.edges as u32 + parent.edge[half as usize];
@@ -94,10 +90,10 @@ fn quads(parent: &Topology, numbers: ChildVertices, child: &mut Topology) {
             middle(prev),
         ]);
         child.twin.extend([
-            twin_or_none(c, &|t| 4 * parent.next(t) + 3),
+            parent.beyond(c).map_or(NONE, |t| 4 * parent.next(t) + 3),
             4 * next + 2,
             4 * prev + 1,
-            twin_or_none(prev, &|t| 4 * t),
+            parent.beyond(prev).map_or(NONE, |t| 4 * t),
         ]);
         child.edge.extend([
             first_half(parent, c),
@@ -122,10 +118,6 @@ fn triangles(parent: &Topology, numbers: ChildVertices, child: &mut Topology) {
     // First half-edge of the triangle at a corner.
     let at_corner = |c: u32| 3 * (4 * (c / 3) + c % 3);
     let middle = |half: u32| numbers.edges as u32 + parent.edge[half as usize];
-    let twin_or_none = |half: u32, child_of: &dyn Fn(u32) -> u32| {
-        let twin = parent.twin[half as usize];
-        if twin == NONE { NONE } else { child_of(twin) }
-    };
     for face in 0..parent.n_faces() as u32 {
         let first_inner = 3 * (4 * face + 3);
         for k in 0..3 {
@@ -137,9 +129,11 @@ fn triangles(parent: &Topology, numbers: ChildVertices, child: &mut Topology) {
                 middle(prev),
             ]);
             child.twin.extend([
-                twin_or_none(c, &|t| at_corner(parent.next(t)) + 2),
+                parent
+                    .beyond(c)
+                    .map_or(NONE, |t| at_corner(parent.next(t)) + 2),
                 first_inner + prev % 3,
-                twin_or_none(prev, &at_corner),
+                parent.beyond(prev).map_or(NONE, at_corner),
             ]);
             child.edge.extend([
                 first_half(parent, c),

@@ -107,6 +107,13 @@ impl Topology {
         }
     }
 
+    /// The half-edge back, in the face beyond.
+    #[inline]
+    pub(crate) fn beyond(&self, half: u32) -> Option<u32> {
+        let twin = self.twin[half as usize];
+        (twin != NONE).then_some(twin)
+    }
+
     /// The two ends of an edge.
     #[inline]
     pub(crate) fn ends(&self, edge: usize) -> [u32; 2] {

@@ -82,7 +82,7 @@ pub(crate) fn primvar<'a>(interpolation: &str, width: u8, values: &'a [f32]) -> 
     Primvar {
         name: "st",
         width,
-        interpolation: interpolation.parse().unwrap(),
+        interpolation: interpolation.parse().expect("a USD token"),
         values,
         indices: None,
     }
@@ -147,7 +147,7 @@ pub(crate) fn options(max_subdivision_level: u32) -> AssembleOptions {
 pub(crate) fn assemble_one(mesh: PolyMesh<'_>, options: &AssembleOptions) -> Assembled {
     let mut payloads = empty();
     payloads.meshes.push(mesh);
-    assemble(payloads, options).unwrap()
+    assemble(payloads, options).expect("a valid scene")
 }
 
 /// The only chunk of a world, and its points in world space.
@@ -178,4 +178,9 @@ pub(crate) fn area_normals(chunk: &MeshChunk) -> Vec<Vec3> {
 
 pub(crate) fn shift(x: f64) -> DAffine3 {
     DAffine3::from_translation(DVec3::X * x)
+}
+
+/// Shading normals by vertex.
+pub(crate) fn normals(chunk: &MeshChunk) -> &[[f32; 3]] {
+    chunk.normals.as_deref().expect("shading normals")
 }
