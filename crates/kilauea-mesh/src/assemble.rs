@@ -388,6 +388,7 @@ fn make_scene(
     for (root, mut chunks) in placed {
         prototypes[root].chunks.append(&mut chunks);
     }
+    drop_empty_instances(&mut prototypes);
     let meshes = payloads.meshes.iter().map(|m| m.path);
     let implicits = payloads.implicits.iter().map(|s| s.path);
     let instancers = payloads.instances.iter().map(|i| i.path);
@@ -403,5 +404,15 @@ fn make_scene(
         textures: payloads.textures,
         lights: payloads.lights,
         camera: payloads.camera,
+    }
+}
+
+/// Removes instances of nothing; parents come before what they place.
+fn drop_empty_instances(prototypes: &mut [Prototype]) {
+    let mut is_empty = vec![true; prototypes.len()];
+    for (i, prototype) in prototypes.iter_mut().enumerate().rev() {
+        let instances = &mut prototype.instances;
+        instances.retain(|placed| !is_empty[placed.prototype as usize]);
+        is_empty[i] = instances.is_empty() && prototype.chunks.is_empty();
     }
 }

@@ -383,6 +383,16 @@ fn repeated_prototypes_stay_instances() {
 }
 
 #[test]
+fn instances_of_nothing_are_dropped() {
+    let mut payloads = empty();
+    payloads.prototypes = vec![String::new(), "/a".into(), "/b".into()];
+    payloads.meshes = vec![cube()];
+    payloads.instances = vec![instancer(0, 1, &[0.0, 1.0]), instancer(1, 2, &[0.0, 1.0])];
+    let scene = assemble(payloads, &polygon_options()).unwrap().scene;
+    assert!(scene.prototypes.iter().all(|p| p.instances.is_empty()));
+}
+
+#[test]
 fn records_that_point_nowhere_are_errors() {
     let mut payloads = empty();
     let mut lost = cube();

@@ -486,6 +486,37 @@ fn seams_follow_the_face_varying_rule() {
 }
 
 #[test]
+fn seams_that_end_inside_are_pinned_by_corners_plus_2() {
+    // A slit from the left boundary to the middle.
+    let grid = Grid::new(2, |_, _| 0.0);
+    let st: Vec<f32> = grid
+        .indices
+        .iter()
+        .enumerate()
+        .flat_map(|(c, &i)| {
+            let [x, y, _] = grid.points[i as usize];
+            let is_above_slit = c / 4 == 2 && (x, y) == (0.0, 1.0);
+            [if is_above_slit { -3.0 } else { x }, y]
+        })
+        .collect();
+    for (rule, u) in [
+        // On the crease through both ends of the slit: (0 + 4 − 3) / 6.
+        ("cornersOnly", 1.0 / 6.0),
+        ("cornersPlus1", 1.0 / 6.0),
+        ("cornersPlus2", 1.0),
+        ("boundaries", 1.0),
+    ] {
+        let mut mesh = grid.mesh();
+        mesh.primvars.push(primvar("faceVarying", 2, &st));
+        let mut slit = subdivision(Scheme::CatmullClark);
+        slit.face_varying_linear_interpolation = rule.parse().unwrap();
+        let found = st_at(&limit(mesh, slit, 2), Vec3::new(1.0, 1.0, 0.0));
+        assert_eq!(found.len(), 1, "{rule}: {found:?}");
+        assert!((found[0][0] - u).abs() < 1e-5, "{rule}: {found:?}");
+    }
+}
+
+#[test]
 fn holes_shape_the_surface_and_are_not_drawn() {
     let whole = limit(cube(), subdivision(Scheme::CatmullClark), 2);
     let mut mesh = cube();

@@ -186,7 +186,7 @@ fn refine_face_varying(
     refinement: Refinement,
 ) -> (Vec<f32>, Vec<u32>) {
     let rule = subdivision.face_varying_linear_interpolation;
-    let cut = cut_along_seams(cage, channel, subdivision.interpolate_boundary, rule);
+    let cut = cut_along_seams(cage, channel, rule);
     let values = Values {
         width: channel.width,
         is_linear: rule == FaceVaryingRule::All,

@@ -1,5 +1,5 @@
 use crate::channel::Channel;
-use crate::tokens::{BoundaryInterpolation, FaceVaryingRule};
+use crate::tokens::FaceVaryingRule;
 use crate::weld::Welder;
 
 use super::cage::Cage;
@@ -18,7 +18,6 @@ pub(crate) struct ValueSurface {
 pub(crate) fn cut_along_seams(
     cage: &Cage,
     channel: &Channel<'_>,
-    boundary: BoundaryInterpolation,
     rule: FaceVaryingRule,
 ) -> ValueSurface {
     let uncut = &cage.topology;
@@ -71,7 +70,7 @@ pub(crate) fn cut_along_seams(
     }
     let spans = Spans::new(uncut, &topology, welder.points());
     for (v, values) in spans.values.iter().enumerate() {
-        sharpen_values(v, values, &spans, boundary, rule, uncut, &mut topology);
+        sharpen_values(v, values, &spans, rule, uncut, &mut topology);
     }
     ValueSurface {
         topology,
@@ -139,7 +138,6 @@ fn sharpen_values(
     vertex: usize,
     values: &[u32],
     spans: &Spans,
-    boundary: BoundaryInterpolation,
     rule: FaceVaryingRule,
     uncut: &Topology,
     cut: &mut Topology,
@@ -166,9 +164,7 @@ fn sharpen_values(
         [_, _, _, ..] => depends_on_others,
         _ => false,
     };
-    // Smooth corners of the cage itself stay smooth in data only if no rule is set.
-    let keeps_corners = rule != F::None
-        && (is_seam || boundary != BoundaryInterpolation::EdgeAndCorner || is_fixed);
+    let keeps_corners = rule != F::None;
     for value in values {
         if all || spans.n_fans[*value as usize] > 1 || keeps_corners && is_one_face(value) {
             cut.vertex_sharpness[*value as usize] = INFINITELY_SHARP;
