@@ -451,3 +451,25 @@ def test_opacity_modes(tmp_path: Path, mode: float) -> None:
     reflected = ((1.5 - 1.0) / (1.5 + 1.0)) ** 2
     image = render(writer.write())
     np.testing.assert_allclose(image.mean(), (1.0 - mode) * reflected, atol=2e-3)
+
+
+@pytest.mark.parametrize("angle", [60.0, 0.5])
+def test_metal_mirrors_the_sun(tmp_path: Path, angle: float) -> None:
+    """A camera at 45 degrees to a mirror sees the sun's radiance, tinted alike at all angles."""
+    writer = SceneWriter(tmp_path)
+    gold = [0.9, 0.6, 0.3]
+    surface = {"diffuseColor": gold, "metallic": 1.0, "roughness": 0.0}
+    writer.record["materials"] = [constant_material("UsdPreviewSurface", **surface)]
+    writer.floor()
+    half = math.sqrt(0.5)
+    view = np.eye(4)
+    view[:3, 1] = (0.0, half, -half)
+    view[:3, 2] = (0.0, half, half)
+    view[:3, 3] = (0.0, 2.0, 2.0)
+    toward_sun = np.eye(4)
+    toward_sun[:3, 1] = (0.0, half, half)
+    toward_sun[:3, 2] = (0.0, half, -half)
+    sun = {"type": "distant", "angle_degrees": angle}
+    writer.record["lights"] = [light(sun, toward_sun, visible_to_camera=False)]
+    writer.record["camera"] = camera(view, screen_window=[-1e-4, -1e-4, 1e-4, 1e-4])
+    check(render(writer.write()), gold)
