@@ -19,7 +19,7 @@ use wide::{WideOptions, widen};
 pub(crate) fn build_tree(soup: &Soup, quality: Quality) -> Tree {
     let options = WideOptions {
         max_leaf_size: 4,
-        leaf_cost: 0.7,
+        leaf_cost: 1.0,
     };
     let bvh = binary::over_triangles(&soup.triangles, quality);
     let (nodes, groups) = bounded_widen(bvh, options, || {

@@ -33,6 +33,6 @@ pub(crate) trait Kernel: Copy {
     /// The item that a link of the tree names.
     fn item<T>(self, items: &[T], link: u32) -> &T;
 
-    /// Begins to load an item.
-    fn prefetch<T>(self, items: &[T], link: u32);
+    /// Begins to load the four cache lines at an address.
+    fn prefetch(self, address: *const u8);
 }

@@ -90,5 +90,5 @@ impl Kernel for Portable {
         &items[link as usize]
     }
 
-    fn prefetch<T>(self, _items: &[T], _link: u32) {}
+    fn prefetch(self, _address: *const u8) {}
 }

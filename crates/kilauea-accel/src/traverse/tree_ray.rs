@@ -1,4 +1,5 @@
-use kilauea_math::DVec3;
+use crate::ray::Ray;
+use kilauea_math::{DVec3, Vec3};
 
 /// A ray in the space of one tree, with all that the tests derive from it.
 ///
@@ -31,34 +32,56 @@ pub(crate) struct TreeRay {
 }
 
 impl TreeRay {
+    /// A ray in engine space.
+    #[inline(always)]
+    pub(crate) fn world(ray: &Ray) -> Self {
+        let ends = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
+        Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0)
+    }
+
     /// A ray from `origin` along `dir` from `t_min` on, moved by `t_start <= t_min`.
     #[inline(always)]
-    pub(crate) fn new(origin: DVec3, dir: DVec3, t_min: f32, t_start: f32) -> Self {
-        const ULP: f32 = f32::EPSILON;
-        let moved = (origin + dir * f64::from(t_start)).as_vec3().to_array();
-        let d = dir.as_vec3().to_array();
+    pub(crate) fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f32) -> Self {
+        let moved = (origin + dir * f64::from(t_start)).as_vec3();
+        let t_min = (t_min - t_start) * (1.0 - f32::EPSILON);
+        Self::with_rounded(moved, dir.as_vec3(), (origin, dir), t_min, t_start)
+    }
 
-        let largest = {
-            let [x, y, z] = d.map(f32::abs);
-            if x > y && x > z {
-                0
-            } else if y > z {
-                1
-            } else {
-                2
-            }
+    #[inline(always)]
+    fn with_rounded(
+        moved: Vec3,
+        d: Vec3,
+        (origin, dir): (DVec3, DVec3),
+        t_min: f32,
+        t_start: f32,
+    ) -> Self {
+        const ULP: f32 = f32::EPSILON;
+        let size = d.abs();
+        let axes = if size.x > size.y && size.x > size.z {
+            [1, 2, 0]
+        } else if size.y > size.z {
+            [2, 0, 1]
+        } else {
+            [0, 1, 2]
         };
-        let axes = [(largest + 1) % 3, (largest + 2) % 3, largest];
-        let rcp_largest = 1.0 / d[axes[2]];
-        let rcp = d.map(|x| 1.0 / x.abs().max(1e-18).copysign(x));
+        let d_array = d.to_array();
+        let rcp_largest = 1.0 / d_array[axes[2]];
+        let rcp = size.max(Vec3::splat(1e-18)).copysign(d).recip();
         Self {
-            origin: moved,
-            near_rcp: rcp.map(|x| x * (1.0 - 3.0 * ULP)),
-            far_rcp: rcp.map(|x| x * (1.0 + 3.0 * ULP)),
-            near_plane: [0, 1, 2].map(|axis| 2 * axis + usize::from(d[axis].is_sign_negative())),
+            origin: moved.to_array(),
+            near_rcp: (rcp * (1.0 - 3.0 * ULP)).to_array(),
+            far_rcp: (rcp * (1.0 + 3.0 * ULP)).to_array(),
+            near_plane: [
+                usize::from(d.x.is_sign_negative()),
+                2 + usize::from(d.y.is_sign_negative()),
+                4 + usize::from(d.z.is_sign_negative()),
+            ],
             axes,
-            shear: [d[axes[0]] * rcp_largest, d[axes[1]] * rcp_largest],
-            t_min: (t_min - t_start) * (1.0 - ULP),
+            shear: [
+                d_array[axes[0]] * rcp_largest,
+                d_array[axes[1]] * rcp_largest,
+            ],
+            t_min: t_min.max(0.0),
             t_start,
             origin_f64: origin.to_array(),
             dir_f64: dir.to_array(),

@@ -2,56 +2,91 @@ use super::tree_ray::TreeRay;
 use crate::node::Leaf4;
 
 /// Distance and weights of the second and third vertex where the ray's line meets the triangle in
-/// `lane`; `None` if it passes by or lies in the plane.
+/// `lane`, one that [`super::kernel::Kernel::inside`] named; `None` if the line passes by or lies
+/// in the plane.
 ///
 /// Woop et al. 2013: the vertices are sheared into the plane across the ray in `f32`, alike for
-/// all triangles that share one. The signs of the edge functions of those points decide, taken
-/// from products that are exact in `f64`; so a line through an edge or a vertex of a closed mesh
-/// cannot pass. The position is then found afresh in `f64` and kept within the triangle.
+/// all triangles that share one. The signs of the edge functions of those points decide, so a line
+/// through an edge or a vertex of a closed mesh cannot pass. The position is found afresh in `f64`
+/// and kept within the triangle.
 #[inline(always)]
 pub(crate) fn intersect(leaf: &Leaf4, lane: usize, ray: &TreeRay) -> Option<[f32; 3]> {
     let [kx, ky, kz] = ray.axes;
-    let corner = |vertex: usize| leaf.v[vertex].map(|axis| axis[lane]);
+    let rcp_largest = 1.0 / ray.dir_f64[kz];
+    let shear = [ray.dir_f64[kx] * rcp_largest, ray.dir_f64[ky] * rcp_largest];
+    let (a, a_along) = sheared_f64(leaf, lane, 0, ray, shear);
+    let (b, b_along) = sheared_f64(leaf, lane, 1, ray, shear);
+    let (c, c_along) = sheared_f64(leaf, lane, 2, ray, shear);
+    let mut weights = edge_functions(a, b, c);
+    let least = weights[0].min(weights[1]).min(weights[2]);
+    let most = weights[0].max(weights[1]).max(weights[2]);
+    if least <= 0.0 && most >= 0.0 {
+        weights = weights_at_border(leaf, lane, ray, weights)?;
+    }
+    let [wa, wb, wc] = weights;
+    let scale = 1.0 / (wa + wb + wc);
+    let along = (wa * a_along + wb * b_along + wc * c_along) * scale;
+    Some([
+        (along * rcp_largest) as f32,
+        (wb * scale) as f32,
+        (wc * scale) as f32,
+    ])
+}
 
-    // Decide.
-    let [a, b, c] = [0, 1, 2].map(|vertex| {
-        let p = corner(vertex);
-        let along = p[kz] - ray.origin[kz];
-        let x = (p[kx] - ray.origin[kx]) - ray.shear[0] * along;
-        let y = (p[ky] - ray.origin[ky]) - ray.shear[1] * along;
-        [f64::from(x), f64::from(y)]
-    });
-    let weights = edge_functions(a, b, c);
-    let sum = weights[0] + weights[1] + weights[2];
-    let inside = weights.iter().all(|&w| w >= 0.0) || weights.iter().all(|&w| w <= 0.0);
-    if !inside || sum == 0.0 {
+/// Weights, none of them negative, of a triangle that the line does not clearly pass through;
+/// `exact` says where it would be outside.
+#[cold]
+fn weights_at_border(
+    leaf: &Leaf4,
+    lane: usize,
+    ray: &TreeRay,
+    exact: [f64; 3],
+) -> Option<[f64; 3]> {
+    // Products of `f32` are exact in `f64`: where the kernel found zero, this finds the sign.
+    let decisive = edge_functions(
+        sheared(leaf, lane, 0, ray),
+        sheared(leaf, lane, 1, ray),
+        sheared(leaf, lane, 2, ray),
+    );
+    let inside = decisive.iter().all(|&w| w >= 0.0) || decisive.iter().all(|&w| w <= 0.0);
+    if !inside || decisive == [0.0; 3] {
         return None;
     }
-
-    // Locate.
-    let rcp_largest = 1.0 / ray.dir_f64[kz];
-    let [sx, sy] = [ray.dir_f64[kx] * rcp_largest, ray.dir_f64[ky] * rcp_largest];
-    let [a, b, c] = [0, 1, 2].map(|vertex| {
-        let p = corner(vertex).map(f64::from);
-        let along = p[kz] - ray.origin_f64[kz];
-        let x = (p[kx] - ray.origin_f64[kx]) - sx * along;
-        let y = (p[ky] - ray.origin_f64[ky]) - sy * along;
-        [x, y, along]
-    });
-    let exact = edge_functions([a[0], a[1]], [b[0], b[1]], [c[0], c[1]]);
-    let exact_sum = exact[0] + exact[1] + exact[2];
-    let sign = 1.0_f64.copysign(exact_sum);
-    let mut weights_in = exact.map(|w| (w * sign).max(0.0));
-    let mut sum_in = weights_in[0] + weights_in[1] + weights_in[2];
-    if exact_sum == 0.0 || sum_in == 0.0 {
+    let sign = 1.0_f64.copysign(exact[0] + exact[1] + exact[2]);
+    let kept = exact.map(|w| (w * sign).max(0.0));
+    if kept == [0.0; 3] {
         // Seen edge-on but for the rounding that decided: stay with that rounding.
-        weights_in = weights;
-        sum_in = sum;
+        return Some(decisive.map(f64::abs));
     }
-    let scale = 1.0 / sum_in;
-    let [wa, wb, wc] = weights_in;
-    let along = (wa * a[2] + wb * b[2] + wc * c[2]) * scale;
-    Some([along * rcp_largest, wb * scale, wc * scale].map(|x| x as f32))
+    Some(kept)
+}
+
+/// A corner in the plane across the ray, as the kernels compute it.
+#[inline(always)]
+fn sheared(leaf: &Leaf4, lane: usize, vertex: usize, ray: &TreeRay) -> [f64; 2] {
+    let [kx, ky, kz] = ray.axes;
+    let corner = &leaf.v[vertex];
+    let along = corner[kz][lane] - ray.origin[kz];
+    let x = (corner[kx][lane] - ray.origin[kx]) - ray.shear[0] * along;
+    let y = (corner[ky][lane] - ray.origin[ky]) - ray.shear[1] * along;
+    [f64::from(x), f64::from(y)]
+}
+
+/// A corner in the plane across the ray from its true origin, and how far along the last axis.
+#[inline(always)]
+fn sheared_f64(
+    leaf: &Leaf4,
+    lane: usize,
+    vertex: usize,
+    ray: &TreeRay,
+    shear: [f64; 2],
+) -> ([f64; 2], f64) {
+    let [kx, ky, kz] = ray.axes;
+    let corner = &leaf.v[vertex];
+    let along = f64::from(corner[kz][lane]) - ray.origin_f64[kz];
+    let x = (f64::from(corner[kx][lane]) - ray.origin_f64[kx]) - shear[0] * along;
+    let y = (f64::from(corner[ky][lane]) - ray.origin_f64[ky]) - shear[1] * along;
+    ([x, y], along)
 }
 
 /// Twice the signed areas that the origin spans with the edges opposite to each corner.

@@ -39,19 +39,13 @@ impl Instance {
             return *world_ray;
         };
         let t_start = t_entry * (1.0 - 1.0 / (1 << 20) as f32);
-        TreeRay::new(
+        TreeRay::moved(
             transform.transform_point3(ray.origin.as_dvec3()),
             transform.transform_vector3(ray.dir.as_dvec3()),
             t_start.max(ray.t_min),
             t_start,
         )
     }
-}
-
-/// The ray in engine space.
-#[inline(always)]
-fn world_ray(ray: &Ray) -> TreeRay {
-    TreeRay::new(ray.origin.as_dvec3(), ray.dir.as_dvec3(), ray.t_min, 0.0)
 }
 
 /// The first hit in the order of [`Hit::wins_over`] that `keep` accepts.
@@ -63,7 +57,7 @@ pub(crate) fn closest<K: Kernel>(
     keep: impl FnMut(&Hit) -> bool,
 ) -> Option<Hit> {
     let mut search = Search::new(ray, keep);
-    let world_ray = world_ray(ray);
+    let world_ray = TreeRay::world(ray);
     match scene {
         Scene::Single(tree) => closest_in_tree(kernel, tree, &world_ray, 0, &mut search),
         Scene::TwoLevel {
@@ -94,7 +88,7 @@ pub(crate) fn occluded<K: Kernel>(
     keep: impl FnMut(&Hit) -> bool,
 ) -> bool {
     let mut search = Search::new(ray, keep);
-    let world_ray = world_ray(ray);
+    let world_ray = TreeRay::world(ray);
     match scene {
         Scene::Single(tree) => any_in_tree(kernel, tree, &world_ray, 0, &mut search),
         Scene::TwoLevel {
@@ -186,8 +180,8 @@ impl<K: Kernel, F: FnMut(&Hit) -> bool, const ANY: bool> Visitor for TreeLeaves<
     }
 
     #[inline(always)]
-    fn prefetch(&self, leaf: u32) {
-        self.kernel.prefetch(&self.tree.leaves, leaf);
+    fn address(&self, leaf: u32) -> *const u8 {
+        self.tree.leaves.as_ptr().wrapping_add(leaf as usize).cast()
     }
 }
 
@@ -261,7 +255,7 @@ impl<K: Kernel, F: FnMut(&Hit) -> bool, const ANY: bool> Visitor for TopLeaves<'
     }
 
     #[inline(always)]
-    fn prefetch(&self, leaf: u32) {
-        self.kernel.prefetch(self.instances, leaf);
+    fn address(&self, leaf: u32) -> *const u8 {
+        self.instances.as_ptr().wrapping_add(leaf as usize).cast()
     }
 }

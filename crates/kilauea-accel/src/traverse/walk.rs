@@ -10,8 +10,8 @@ pub(crate) trait Visitor {
     fn limit(&self) -> f32;
     /// Called with a leaf and where the ray enters it; true ends the walk.
     fn visit(&mut self, leaf: u32, t_entry: f32) -> bool;
-    /// Called when a leaf will be visited soon.
-    fn prefetch(&self, leaf: u32);
+    /// Where the leaf is stored.
+    fn address(&self, leaf: u32) -> *const u8;
 }
 
 /// Visits the leaves that the ray passes, near ones first.
@@ -29,8 +29,15 @@ pub(crate) fn near_first<K: Kernel>(
         while current & LEAF == 0 {
             let node = kernel.item(nodes, current);
             let (mask, entries) = kernel.slabs(ray, visitor.limit(), node);
-            let Some(nearest) = descend(kernel, nodes, visitor, node, mask, &entries, &mut stack)
-            else {
+            let children = Children {
+                kernel,
+                visitor,
+                nodes,
+                node,
+                entries: &entries,
+                mask,
+            };
+            let Some(nearest) = descend(children, &mut stack) else {
                 let Some(next) = pop_within(&mut stack, visitor.limit()) else {
                     return;
                 };
@@ -49,69 +56,90 @@ pub(crate) fn near_first<K: Kernel>(
     }
 }
 
+/// The children of a node that the ray enters.
+struct Children<'a, K, V> {
+    kernel: K,
+    visitor: &'a V,
+    nodes: &'a [Node8],
+    node: &'a Node8,
+    entries: &'a Entries,
+    mask: u32,
+}
+
+impl<K: Kernel, V: Visitor> Children<'_, K, V> {
+    /// Takes the child of the lowest lane.
+    #[inline(always)]
+    fn next(&mut self) -> Entry {
+        let lane = (self.mask.trailing_zeros() & 7) as usize;
+        self.mask &= self.mask.wrapping_sub(1);
+        entry(self.node.child[lane], self.entries.0[lane])
+    }
+
+    /// Takes the child of the lowest lane and begins to load it.
+    #[inline(always)]
+    fn fetch(&mut self) -> Entry {
+        let child = self.next();
+        let address = if link(child) & LEAF == 0 {
+            self.nodes
+                .as_ptr()
+                .wrapping_add(link(child) as usize)
+                .cast()
+        } else {
+            self.visitor.address(link(child) & !LEAF)
+        };
+        self.kernel.prefetch(address);
+        child
+    }
+}
+
 /// Pushes all children hit but the nearest, far ones first, and gives the nearest.
 #[inline(always)]
 fn descend<K: Kernel>(
-    kernel: K,
-    nodes: &[Node8],
-    visitor: &impl Visitor,
-    node: &Node8,
-    mask: u32,
-    entries: &Entries,
-    stack: &mut K::Stack,
+    mut children: Children<'_, K, impl Visitor>,
+    stack: &mut impl Stack,
 ) -> Option<Entry> {
-    let prefetch = |link: u32| {
-        if link & LEAF == 0 {
-            kernel.prefetch(nodes, link);
-        } else {
-            visitor.prefetch(link & !LEAF);
-        }
-    };
-    let mut rest = mask;
-    let mut take = || {
-        let lane = (rest.trailing_zeros() & 7) as usize;
-        rest &= rest.wrapping_sub(1);
-        prefetch(node.child[lane]);
-        entry(node.child[lane], entries.0[lane])
-    };
-    match mask.count_ones() {
-        0 => None,
-        1 => {
-            let lane = (mask.trailing_zeros() & 7) as usize;
-            Some(entry(node.child[lane], entries.0[lane]))
-        }
-        2 => {
-            let (a, b) = in_order(take(), take());
-            stack.push(b);
-            Some(a)
-        }
-        3 => {
-            let (a, b, c) = (take(), take(), take());
-            let (a, b) = in_order(a, b);
-            let (b, c) = in_order(b, c);
-            let (a, b) = in_order(a, b);
-            stack.push(c);
-            stack.push(b);
-            Some(a)
-        }
-        4 => {
-            let (a, b, c, d) = (take(), take(), take(), take());
-            let ((a, b), (c, d)) = (in_order(a, b), in_order(c, d));
-            let ((a, c), (b, d)) = (in_order(a, c), in_order(b, d));
-            let (b, c) = in_order(b, c);
-            stack.push(d);
-            stack.push(c);
-            stack.push(b);
-            Some(a)
-        }
-        n => {
-            for _ in 0..n {
-                stack.push(take());
-            }
-            far_to_near(stack.top(n as usize));
-            stack.pop()
-        }
+    if children.mask == 0 {
+        return None;
     }
+    let a = children.next();
+    if children.mask == 0 {
+        return Some(a);
+    }
+    let b = children.fetch();
+    let (a, b) = in_order(a, b);
+    if children.mask == 0 {
+        stack.push(b);
+        return Some(a);
+    }
+    let c = children.fetch();
+    if children.mask == 0 {
+        let (b, c) = in_order(b, c);
+        let (a, b) = in_order(a, b);
+        stack.push(c);
+        stack.push(b);
+        return Some(a);
+    }
+    let d = children.fetch();
+    if children.mask == 0 {
+        let (c, d) = in_order(c, d);
+        let ((a, c), (b, d)) = (in_order(a, c), in_order(b, d));
+        let (b, c) = in_order(b, c);
+        stack.push(d);
+        stack.push(c);
+        stack.push(b);
+        return Some(a);
+    }
+    stack.push(a);
+    stack.push(b);
+    stack.push(c);
+    stack.push(d);
+    let mut n = 4;
+    while children.mask != 0 {
+        stack.push(children.fetch());
+        n += 1;
+    }
+    far_to_near(stack.top(n));
+    stack.pop()
 }
 
 #[inline(always)]
@@ -156,16 +184,27 @@ pub(crate) fn any_order<K: Kernel>(
     loop {
         while link(current) & LEAF == 0 {
             let node = kernel.item(nodes, link(current));
-            let (mut mask, entries) = kernel.slabs(ray, visitor.limit(), node);
-            while mask != 0 {
-                let lane = (mask.trailing_zeros() & 7) as usize;
-                stack.push(entry(node.child[lane], entries.0[lane]));
-                mask &= mask - 1;
-            }
-            let Some(next) = stack.pop() else {
-                return false;
+            let (mask, entries) = kernel.slabs(ray, visitor.limit(), node);
+            let mut children = Children {
+                kernel,
+                visitor,
+                nodes,
+                node,
+                entries: &entries,
+                mask,
             };
-            current = next;
+            if mask == 0 {
+                let Some(next) = stack.pop() else {
+                    return false;
+                };
+                current = next;
+                continue;
+            }
+            current = children.next();
+            while children.mask != 0 {
+                stack.push(current);
+                current = children.fetch();
+            }
         }
         if visitor.visit(link(current) & !LEAF, distance(current)) {
             return true;

@@ -173,13 +173,14 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn prefetch<T>(self, items: &[T], link: u32) {
-        let item = items.as_ptr().wrapping_add(link as usize).cast::<i8>();
-        let mut offset = 0;
-        while offset < size_of::<T>() {
-            // SAFETY: prefetching has no effect on memory and any address is allowed.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(item.wrapping_add(offset)) };
-            offset += 64;
+    fn prefetch(self, address: *const u8) {
+        let line = address.cast::<i8>();
+        // SAFETY: prefetching has no effect on memory and any address is allowed.
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(line);
+            _mm_prefetch::<_MM_HINT_T0>(line.wrapping_add(64));
+            _mm_prefetch::<_MM_HINT_T0>(line.wrapping_add(128));
+            _mm_prefetch::<_MM_HINT_T0>(line.wrapping_add(192));
         }
     }
 }
@@ -251,7 +252,7 @@ impl Stack for UncheckedStack {
     #[inline(always)]
     fn new() -> Self {
         Self {
-            entries: [MaybeUninit::uninit(); STACK_CAPACITY],
+            entries: [const { MaybeUninit::uninit() }; STACK_CAPACITY],
             len: 0,
         }
     }
