@@ -317,7 +317,9 @@ impl Interaction<'_> {
     #[inline]
     pub fn offset_origin(&self, dir: Vec3) -> Vec3 {
         let n = self.surface.ng;
-        let distance = n.abs().dot(self.p_error);
+        // On a plane where a coordinate is zero nothing is rounded here, but the distance to it is.
+        let least = LEAST_OFFSET * self.p_error.max_element();
+        let distance = n.abs().dot(self.p_error).max(least);
         let offset = n * distance.copysign(dir.dot(n));
         let p = self.surface.p + offset;
         // The sum rounds too: step outward where it fell short.
@@ -328,6 +330,10 @@ impl Interaction<'_> {
         )
     }
 }
+
+/// Smallest offset of a spawned ray, as a fraction of the largest error of its origin: far more
+/// than the `f64` rounding of the distance at which the ray would meet the plane it leaves.
+const LEAST_OFFSET: f32 = 1e-6;
 
 /// The next number in the direction of `offset`.
 #[inline]
