@@ -104,6 +104,15 @@ macro_rules! shaders {
                 }
             }
 
+            /// See [`kilauea_shading::SurfaceShader::constant_emission`].
+            pub fn constant_emission(&self) -> Option<kilauea_math::Spectrum> {
+                match &self.kind {
+                    $(Kind::$shader(s) => {
+                        kilauea_shading::SurfaceShader::constant_emission(&**s)
+                    })+
+                }
+            }
+
             /// See [`kilauea_shading::SurfaceShader::mean_emission`].
             pub fn mean_emission(
                 &self,

@@ -118,6 +118,10 @@ impl SurfaceShader for UsdPreviewSurface {
         constant.is_none_or(|emission| !emission.max(0.0).is_black())
     }
 
+    fn constant_emission(&self) -> Option<Spectrum> {
+        self.inputs.emissive_color.constant().map(|e| e.max(0.0))
+    }
+
     fn mean_emission(&self, textures: &TextureStore) -> Spectrum {
         if !self.is_emissive() {
             return Spectrum::BLACK;

@@ -1,5 +1,6 @@
 use kilauea_mesh::{AssembleOptions, assemble};
-use kilauea_render::PreparedScene;
+use kilauea_render::{PrepareOptions, PreparedScene};
+use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
 use serde::Deserialize;
 use std::sync::Arc;
@@ -17,28 +18,27 @@ struct BuildOptions {
     max_subdivision_level: u32,
     max_chunk_triangles: usize,
     texture_memory_bytes: u64,
+    samples_per_pixel: u32,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
         let assemble = AssembleOptions::default();
+        let settings = RenderSettings::default();
         Self {
             resolution: assemble.resolution,
             max_subdivision_level: assemble.max_subdivision_level,
             max_chunk_triangles: assemble.max_chunk_triangles,
-            texture_memory_bytes: kilauea_scene::RenderSettings::default().texture_memory_bytes,
+            texture_memory_bytes: settings.texture_memory_bytes,
+            samples_per_pixel: settings.samples_per_pixel,
         }
     }
 }
 
 /// Build a scene from a `kilauea.payload.Frame`; `options_json` is an object with any of
-/// `resolution`, `max_subdivision_level`, `max_chunk_triangles`, `texture_memory_bytes`.
+/// `resolution`, `max_subdivision_level`, `max_chunk_triangles`, `texture_memory_bytes`, `samples_per_pixel`.
 #[pyfunction]
-pub(crate) fn build_scene(
-    py: Python<'_>,
-    frame: Frame<'_>,
-    options_json: &str,
-) -> PyResult<Scene> {
+pub(crate) fn build_scene(py: Python<'_>, frame: Frame<'_>, options_json: &str) -> PyResult<Scene> {
     let options: BuildOptions = serde_json::from_str(options_json).map_err(scene_error)?;
     let payloads = frame.payloads()?;
     py.detach(|| {
@@ -51,8 +51,13 @@ pub(crate) fn build_scene(
         };
         let assembled = assemble(payloads, &assemble_options).map_err(scene_error)?;
         let assemble_secs = start.elapsed().as_secs_f64();
-        let prepared = PreparedScene::new(assembled.scene, options.texture_memory_bytes)
-            .map_err(scene_error)?;
+        let n_pixels: u64 = options.resolution.map(u64::from).iter().product();
+        let prepare_options = PrepareOptions {
+            texture_memory_bytes: options.texture_memory_bytes,
+            n_camera_samples: n_pixels * u64::from(options.samples_per_pixel),
+        };
+        let prepared =
+            PreparedScene::new(assembled.scene, &prepare_options).map_err(scene_error)?;
         Ok(Scene {
             prepared: Arc::new(prepared),
             warnings: assembled.warnings,

@@ -99,9 +99,21 @@ impl Frame<'_> {
     pub(crate) fn payloads(&self) -> PyResult<mesh::Payloads<'_>> {
         Ok(mesh::Payloads {
             prototypes: self.prototypes.clone(),
-            meshes: self.meshes.iter().map(Mesh::payload).collect::<PyResult<_>>()?,
-            implicits: self.implicits.iter().map(Implicit::payload).collect::<PyResult<_>>()?,
-            instances: self.instances.iter().map(Instances::payload).collect::<PyResult<_>>()?,
+            meshes: self
+                .meshes
+                .iter()
+                .map(Mesh::payload)
+                .collect::<PyResult<_>>()?,
+            implicits: self
+                .implicits
+                .iter()
+                .map(Implicit::payload)
+                .collect::<PyResult<_>>()?,
+            instances: self
+                .instances
+                .iter()
+                .map(Instances::payload)
+                .collect::<PyResult<_>>()?,
             materials: records(&self.materials, "materials")?,
             textures: records(&self.textures, "textures")?,
             lights: records(&self.lights, "lights")?,
@@ -133,7 +145,9 @@ impl Mesh<'_> {
         let points = slice(&self.points, path, "points")?;
         let (points, rest) = points.as_chunks::<3>();
         if !rest.is_empty() {
-            return Err(scene_error(format!("{path}: points is not an array of triples")));
+            return Err(scene_error(format!(
+                "{path}: points is not an array of triples"
+            )));
         }
         let subsets = self.subsets.iter().map(|s| {
             Ok(mesh::Subset {
@@ -156,7 +170,11 @@ impl Mesh<'_> {
             double_sided: self.double_sided,
             normals: self.normals.as_ref().map(|n| n.payload(path)).transpose()?,
             primvars: primvars(&self.primvars, path)?,
-            subdivision: self.subdivision.as_ref().map(|s| s.payload(path)).transpose()?,
+            subdivision: self
+                .subdivision
+                .as_ref()
+                .map(|s| s.payload(path))
+                .transpose()?,
             material: self.material,
             subsets: subsets.collect::<PyResult<_>>()?,
         })

@@ -1,4 +1,4 @@
-use kilauea_film::{ImageMetadata, write_exr, write_png};
+use kilauea_film::{ImageMetadata, Packing, write_exr, write_png};
 use kilauea_render::{PreparedScene, RenderStats};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
@@ -17,6 +17,7 @@ pub(crate) struct RenderJob {
     prepared: Arc<PreparedScene>,
     metadata: Metadata,
     pixel_aspect_ratio: f32,
+    packing: Packing,
 }
 
 /// What the caller knows about the frame.
@@ -39,6 +40,11 @@ impl RenderJob {
     ) -> PyResult<Self> {
         let metadata = serde_json::from_str(metadata_json).map_err(render_error)?;
         let pixel_aspect_ratio = settings.pixel_aspect_ratio;
+        // Under a time limit the file must be written in time as well.
+        let packing = match settings.time_limit_secs {
+            Some(_) => Packing::Fast,
+            None => Packing::Small,
+        };
         let job = kilauea_render::RenderJob::start(Arc::clone(&prepared), settings)
             .map_err(render_error)?;
         Ok(Self {
@@ -46,12 +52,15 @@ impl RenderJob {
             prepared,
             metadata,
             pixel_aspect_ratio,
+            packing,
         })
     }
 
     fn with_job<T>(&self, f: impl FnOnce(&kilauea_render::RenderJob) -> T) -> PyResult<T> {
         let job = self.job.lock().unwrap_or_else(PoisonError::into_inner);
-        job.as_ref().map(f).ok_or_else(|| render_error("the frame is finished"))
+        job.as_ref()
+            .map(f)
+            .ok_or_else(|| render_error("the frame is finished"))
     }
 }
 
@@ -76,7 +85,11 @@ impl RenderJob {
     /// Wait for the end, write the picture to each output (`.exr` or `.png`) and return the
     /// statistics as JSON.
     fn finish(&self, py: Python<'_>, outputs: Vec<String>) -> PyResult<String> {
-        let job = self.job.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let job = self
+            .job
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take();
         let job = job.ok_or_else(|| render_error("the frame is finished"))?;
         py.detach(|| {
             let mut result = job.finish().map_err(render_error)?;
@@ -99,12 +112,15 @@ impl RenderJob {
                 frames_per_second: self.metadata.frames_per_second,
                 capture_time: Some(SystemTime::now()),
                 render_time: Some(Duration::from_secs_f64(result.stats.times.render)),
+                packing: self.packing,
                 attributes,
                 ..ImageMetadata::default()
             };
             for output in &outputs {
                 let path = Path::new(output);
-                let is_png = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+                let is_png = path
+                    .extension()
+                    .is_some_and(|e| e.eq_ignore_ascii_case("png"));
                 if is_png {
                     write_png(path, &result.film.to_image(scene.origin_world))
                 } else {

@@ -1,7 +1,7 @@
 use kilauea_math::{Frame, Spectrum, Vec3};
 
 use crate::lambert::Lambert;
-use crate::layered::{Layered, Layers};
+use crate::layered::{Layered, Layers, View};
 use crate::side::Side;
 
 /// A BSDF at one point of a surface.
@@ -32,7 +32,7 @@ pub struct BsdfEval {
     pub diffuse: Spectrum,
     /// `f · |cos(wi, ns)|` of all other lobes; delta lobes count nothing.
     pub specular: Spectrum,
-    /// Density per solid angle with which [`Bsdf::sample`] finds `wi`; without delta lobes.
+    /// Density per solid angle with which [`SeenBsdf::sample`] finds `wi`; without delta lobes.
     pub pdf: f32,
 }
 
@@ -125,25 +125,32 @@ impl Bsdf {
         )
     }
 
-    /// What is scattered from `wi` to `wo`, and how likely [`Self::sample`] finds `wi`.
+    /// The BSDF for one `wo`, with all that does not depend on `wi` computed once.
+    #[inline]
+    pub fn seen_from(&self, wo: Vec3) -> SeenBsdf<'_> {
+        let side = Side::of(&self.frame, self.ng, wo);
+        SeenBsdf {
+            lobes: match &self.lobes {
+                Lobes::Lambert(lambert) => SeenLobes::Lambert(lambert, side),
+                Lobes::Layered(layered) => SeenLobes::Layered(layered, layered.seen_from(side, wo)),
+            },
+            wo,
+        }
+    }
+
+    /// See [`SeenBsdf::eval`].
     #[inline]
     pub fn eval(&self, wo: Vec3, wi: Vec3) -> BsdfEval {
-        match &self.lobes {
-            Lobes::Lambert(lambert) => lambert.eval(&self.side(wo), wi),
-            Lobes::Layered(layered) => layered.eval(self.side(wo), wo, wi),
-        }
+        self.seen_from(wo).eval(wi)
     }
 
-    /// Draws a direction; `u` is uniform in [0, 1)³. None where the path ends.
+    /// See [`SeenBsdf::sample`].
     #[inline]
     pub fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-        match &self.lobes {
-            Lobes::Lambert(lambert) => lambert.sample(&self.side(wo), u),
-            Lobes::Layered(layered) => layered.sample(self.side(wo), wo, u),
-        }
+        self.seen_from(wo).sample(u)
     }
 
-    /// Whether [`Self::eval`] can be anything but zero; if not, asking lights is pointless.
+    /// Whether [`SeenBsdf::eval`] can be anything but zero; if not, asking lights is pointless.
     #[inline]
     pub fn has_smooth_lobes(&self) -> bool {
         match &self.lobes {
@@ -152,17 +159,49 @@ impl Bsdf {
         }
     }
 
-    /// The fraction of light scattered, all lobes together, as seen from `wo`.
+    /// See [`SeenBsdf::albedo`].
     #[inline]
     pub fn albedo(&self, wo: Vec3) -> Spectrum {
+        self.seen_from(wo).albedo()
+    }
+}
+
+/// A [`Bsdf`] as seen from one direction.
+pub struct SeenBsdf<'a> {
+    lobes: SeenLobes<'a>,
+    wo: Vec3,
+}
+
+enum SeenLobes<'a> {
+    Lambert(&'a Lambert, Side),
+    Layered(&'a Layered, View),
+}
+
+impl SeenBsdf<'_> {
+    /// What is scattered from `wi` to `wo`, and how likely [`Self::sample`] finds `wi`.
+    #[inline]
+    pub fn eval(&self, wi: Vec3) -> BsdfEval {
         match &self.lobes {
-            Lobes::Lambert(lambert) => lambert.albedo,
-            Lobes::Layered(layered) => layered.albedo(self.side(wo), wo),
+            SeenLobes::Lambert(lambert, side) => lambert.eval(side, wi),
+            SeenLobes::Layered(layered, view) => layered.eval(view, self.wo, wi),
         }
     }
 
+    /// Draws a direction; `u` is uniform in [0, 1)³. None where the path ends.
     #[inline]
-    fn side(&self, wo: Vec3) -> Side {
-        Side::of(&self.frame, self.ng, wo)
+    pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
+        match &self.lobes {
+            SeenLobes::Lambert(lambert, side) => lambert.sample(side, u),
+            SeenLobes::Layered(layered, view) => layered.sample(view, self.wo, u),
+        }
+    }
+
+    /// The fraction of light scattered, all lobes together.
+    #[inline]
+    pub fn albedo(&self) -> Spectrum {
+        match &self.lobes {
+            SeenLobes::Lambert(lambert, _) => lambert.albedo,
+            SeenLobes::Layered(layered, view) => layered.albedo(view),
+        }
     }
 }

@@ -73,7 +73,7 @@ pub(crate) struct Layered {
 }
 
 /// Everything that depends on `wo` and not on `wi`.
-struct View {
+pub(crate) struct View {
     side: Side,
     cos_o: f32,
     /// 1 − E(µo) of the interface.
@@ -129,19 +129,14 @@ impl Layered {
         }
     }
 
-    pub(crate) fn eval(&self, side: Side, wo: Vec3, wi: Vec3) -> BsdfEval {
-        self.eval_from(&self.view(side, wo), wo, wi)
-    }
-
-    pub(crate) fn sample(&self, side: Side, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-        let view = self.view(side, wo);
+    pub(crate) fn sample(&self, view: &View, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
         let p = &view.probability;
         let uv = Vec2::new(u[1], u[2]);
         let mut pick = u[0];
 
         if pick < p.diffuse {
             let wi = view.side.frame.from_local(warp::cosine_hemisphere(uv));
-            let sample = self.smooth_sample(&view, wo, wi, 1.0)?;
+            let sample = self.smooth_sample(view, wo, wi, 1.0)?;
             return Some(BsdfSample {
                 is_diffuse: true,
                 ..sample
@@ -150,11 +145,11 @@ impl Layered {
         pick -= p.diffuse;
         if pick < p.interface {
             if self.alpha == 0.0 {
-                let reflectance = self.interface_reflectance(&view, view.cos_o) * view.below_coat;
+                let reflectance = self.interface_reflectance(view, view.cos_o) * view.below_coat;
                 return view.mirror(wo, reflectance, p.interface);
             }
             let wi = view.draw_reflection(self.alpha, wo, uv);
-            return self.smooth_sample(&view, wo, wi, self.alpha.sqrt());
+            return self.smooth_sample(view, wo, wi, self.alpha.sqrt());
         }
         pick -= p.interface;
         if pick < p.coat {
@@ -163,11 +158,9 @@ impl Layered {
                 return view.mirror(wo, reflectance, p.coat);
             }
             let wi = view.draw_reflection(self.coat_alpha, wo, uv);
-            return self.smooth_sample(&view, wo, wi, self.coat_alpha.sqrt());
+            return self.smooth_sample(view, wo, wi, self.coat_alpha.sqrt());
         }
-        (p.glass > 0.0)
-            .then(|| self.refraction(&view, wo))
-            .flatten()
+        (p.glass > 0.0).then(|| self.refraction(view, wo)).flatten()
     }
 
     /// Whether any lobe but mirrors and refraction is there.
@@ -178,9 +171,8 @@ impl Layered {
         !self.diffuse.is_black() || interface || glass || coat
     }
 
-    /// Fraction of light scattered, seen from `wo`.
-    pub(crate) fn albedo(&self, side: Side, wo: Vec3) -> Spectrum {
-        let view = self.view(side, wo);
+    /// Fraction of light scattered.
+    pub(crate) fn albedo(&self, view: &View) -> Spectrum {
         let opaque = (Spectrum::ONE - view.below_interface) * (1.0 - self.transmission);
         let base = opaque + self.diffuse * view.below_interface;
         let glass = Spectrum::splat(self.transmission);
@@ -188,7 +180,7 @@ impl Layered {
     }
 
     #[inline]
-    fn view(&self, side: Side, wo: Vec3) -> View {
+    pub(crate) fn seen_from(&self, side: Side, wo: Vec3) -> View {
         let side = side.visible_from(wo);
         let cos_o = side.frame.z.dot(wo).min(1.0);
         let eta = if side.is_outside {
@@ -256,7 +248,7 @@ impl Layered {
     }
 
     #[inline]
-    fn eval_from(&self, view: &View, wo: Vec3, wi: Vec3) -> BsdfEval {
+    pub(crate) fn eval(&self, view: &View, wo: Vec3, wi: Vec3) -> BsdfEval {
         let mut eval = BsdfEval::ZERO;
         let Some(cos_i) = view.side.reflected_cos(wi) else {
             return eval;
@@ -297,7 +289,7 @@ impl Layered {
     /// The sample for a direction drawn from a smooth lobe, weighted by all of them.
     #[inline]
     fn smooth_sample(&self, view: &View, wo: Vec3, wi: Vec3, roughness: f32) -> Option<BsdfSample> {
-        let eval = self.eval_from(view, wo, wi);
+        let eval = self.eval(view, wo, wi);
         (eval.pdf > 0.0).then(|| BsdfSample {
             wi,
             diffuse: eval.diffuse / eval.pdf,

@@ -10,13 +10,13 @@ use half::f16;
 
 use crate::metadata::{ExrCamera, cap_date, fraction};
 use crate::replace::write_replacing;
-use crate::{Film, Image, ImageError, ImageMetadata};
+use crate::{Film, Image, ImageError, ImageMetadata, Packing};
 
 /// What wrote the file.
 const SOFTWARE: &str = concat!("Kilauea ", env!("CARGO_PKG_VERSION"));
 
 /// Writes every layer of a film into one single-part EXR file: channels `R`, `G`, `B`, `A` for
-/// the beauty and `layer.channel` for the others, 16-line ZIP compression, linear Rec. 709.
+/// the beauty and `layer.channel` for the others, packed as asked, linear Rec. 709.
 ///
 /// The file appears whole or not at all. Nothing is left behind on an error.
 pub fn write_exr(path: &Path, film: &Film, metadata: &ImageMetadata) -> Result<(), ImageError> {
@@ -31,7 +31,10 @@ pub fn write_exr(path: &Path, film: &Film, metadata: &ImageMetadata) -> Result<(
         (width, height),
         layer_attributes(&image, metadata),
         Encoding {
-            compression: Compression::ZIP16,
+            compression: match metadata.packing {
+                Packing::Small => Compression::ZIP1,
+                Packing::Fast => Compression::RLE,
+            },
             blocks: Blocks::ScanLines,
             line_order: LineOrder::Increasing,
         },
@@ -240,7 +243,7 @@ mod tests {
         assert_eq!(shared.chromaticities.unwrap().red, Vec2(0.64, 0.33));
         assert_eq!(own.layer_position, Vec2(-3, 5));
         assert_eq!(file.layer_data.size, Vec2(53, 33));
-        assert_eq!(file.layer_data.encoding.compression, Compression::ZIP16);
+        assert_eq!(file.layer_data.encoding.compression, Compression::ZIP1);
         assert_eq!(own.frames_per_second, Some((24_000, 1001)));
         assert_eq!(own.capture_date, Some(text("1970:01:01 00:00:00")));
         assert_eq!(own.software_name, Some(text(SOFTWARE)));

@@ -45,7 +45,7 @@ pub use exr_write::write_exr;
 pub use film::{Film, FilmSettings};
 pub use filter::Filter;
 pub use image::{Channel, Image};
-pub use metadata::ImageMetadata;
+pub use metadata::{ImageMetadata, Packing};
 pub use png_write::write_png;
 pub use sample::PixelSample;
 pub use tile::Tile;

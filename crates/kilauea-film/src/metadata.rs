@@ -22,6 +22,8 @@ pub struct ImageMetadata {
     pub capture_time: Option<SystemTime>,
     /// How long the frame took; `renderTime` in seconds.
     pub render_time: Option<Duration>,
+    /// How the pixels are packed.
+    pub packing: Packing,
     /// Store radiance in half precision, with 65504 as the largest value.
     pub half_radiance: bool,
     /// Texts by attribute name, `kilauea/stats` for one.
@@ -37,10 +39,22 @@ impl Default for ImageMetadata {
             frames_per_second: None,
             capture_time: None,
             render_time: None,
+            packing: Packing::default(),
             half_radiance: false,
             attributes: BTreeMap::new(),
         }
     }
+}
+
+/// Time against size of an EXR file; the pixels read back are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Packing {
+    /// ZIP, one line at a time, as compositors read it best. On a noisy picture with all layers,
+    /// 16 lines at a time took 2.4 times as long for the same size.
+    #[default]
+    Small,
+    /// Run lengths: four times as fast as ZIP for a third more bytes.
+    Fast,
 }
 
 /// A camera as the OpenEXR standard attributes describe it.

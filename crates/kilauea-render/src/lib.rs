@@ -18,5 +18,5 @@ mod stats;
 pub use error::RenderError;
 pub use job::{RenderJob, RenderResult};
 pub use needs::SceneNeeds;
-pub use prepared::PreparedScene;
+pub use prepared::{PrepareOptions, PreparedScene};
 pub use stats::{RenderStats, peak_rss_bytes};

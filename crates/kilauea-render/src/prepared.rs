@@ -28,17 +28,34 @@ pub struct PreparedScene {
     pub build_secs: f64,
 }
 
+/// Choices made before the first ray.
+#[derive(Clone, Copy, Debug)]
+pub struct PrepareOptions {
+    /// Bound on the texture tiles in memory.
+    pub texture_memory_bytes: u64,
+    /// Camera samples that will be taken: what a better tree costs must come back in their rays.
+    pub n_camera_samples: u64,
+}
+
+impl Default for PrepareOptions {
+    fn default() -> Self {
+        Self {
+            texture_memory_bytes: 1 << 30,
+            n_camera_samples: u64::MAX,
+        }
+    }
+}
+
 impl PreparedScene {
     /// Validates the scene, compiles shaders, builds the tree and the lights.
-    ///
-    /// `texture_memory_bytes` bounds the texture tiles in memory.
-    pub fn new(scene: Scene, texture_memory_bytes: u64) -> Result<Self, RenderError> {
+    pub fn new(scene: Scene, options: &PrepareOptions) -> Result<Self, RenderError> {
         let start = Instant::now();
         scene.validate()?;
         let scene = Arc::new(scene);
-        let (textures, texture_errors) = TextureStore::open(&scene.textures, texture_memory_bytes);
+        let (textures, texture_errors) =
+            TextureStore::open(&scene.textures, options.texture_memory_bytes);
         let mut warnings: Vec<String> = texture_errors.iter().map(ToString::to_string).collect();
-        let geometry = Geometry::build(Arc::clone(&scene))?;
+        let geometry = Geometry::build(Arc::clone(&scene), options.n_camera_samples)?;
         for (material, shader) in scene.materials.iter().zip(geometry.shaders()) {
             for input in shader.ignored_inputs() {
                 warnings.push(format!("{}: inputs:{input} is not known", material.path));

@@ -38,6 +38,11 @@ pub trait SurfaceShader: Send + Sync + Sized {
         false
     }
 
+    /// [`Self::emission`] where it is the same everywhere.
+    fn constant_emission(&self) -> Option<Spectrum> {
+        (!self.is_emissive()).then_some(Spectrum::BLACK)
+    }
+
     /// A guess at the mean of [`Self::emission`] over all surfaces, for the choice of lights; not
     /// black where the shader is emissive, but possibly far off where primvars decide.
     fn mean_emission(&self, _textures: &TextureStore) -> Spectrum {

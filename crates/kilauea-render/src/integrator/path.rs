@@ -2,7 +2,7 @@
 //! (Kajiya 1986; Veach & Guibas 1995).
 
 use kilauea_accel::{Hit, Ray};
-use kilauea_bsdf::Bsdf;
+use kilauea_bsdf::SeenBsdf;
 use kilauea_film::PixelSample;
 use kilauea_math::hash::{combine, unit_f32};
 use kilauea_math::{Spectrum, Vec2};
@@ -97,6 +97,7 @@ impl PathIntegrator<'_> {
         };
         let mut departure: Option<Departure> = None;
         let mut throughput = Throughput::start();
+        let mut eta_scale = 1.0;
         counts.camera += 1;
 
         for depth in 0..=self.max_depth {
@@ -143,8 +144,10 @@ impl PathIntegrator<'_> {
 
             let surface = &interaction.surface;
             let bsdf = interaction.shader.bsdf(surface);
+            let has_smooth_lobes = bsdf.has_smooth_lobes();
+            let bsdf = bsdf.seen_from(surface.wo);
             if depth == 0 {
-                out.albedo = bsdf.albedo(surface.wo);
+                out.albedo = bsdf.albedo();
             }
             throughput.advance(depth);
             sampler.start_bounce(depth);
@@ -161,7 +164,7 @@ impl PathIntegrator<'_> {
             };
 
             // Estimate direct light by choosing a light.
-            if self.needs.lights && bsdf.has_smooth_lobes() {
+            if self.needs.lights && has_smooth_lobes {
                 self.add_direct::<CUTOUTS>(
                     &mut out,
                     &throughput,
@@ -178,7 +181,7 @@ impl PathIntegrator<'_> {
 
             // Choose where the path goes on.
             let u = [u_direction.x, u_direction.y, u_choice.y];
-            let Some(sample) = bsdf.sample(surface.wo, u) else {
+            let Some(sample) = bsdf.sample(u) else {
                 break;
             };
             throughput.scatter(depth, sample.diffuse, sample.specular);
@@ -191,9 +194,10 @@ impl PathIntegrator<'_> {
                 cone.spread = cone.spread.max(ROUGH_SPREAD * sample.roughness);
             }
 
-            // End dim paths by chance.
+            // End dim paths by chance. What refraction has divided out comes back on the way out.
+            eta_scale *= sample.eta_scale;
             if depth + 1 >= MIN_ROULETTE_DEPTH {
-                let survival = throughput.total(depth).max_channel() * sample.eta_scale;
+                let survival = throughput.total(depth).max_channel() * eta_scale;
                 if survival < 1.0 {
                     let survival = survival.max(0.05);
                     if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
@@ -205,7 +209,7 @@ impl PathIntegrator<'_> {
                 break;
             }
             ray = interaction.spawn_ray(sample.wi, f32::INFINITY);
-            counts.indirect += u64::from(depth < self.max_depth);
+            counts.indirect += 1;
         }
         out.beauty = out.emission
             + out.direct_diffuse
@@ -222,7 +226,7 @@ impl PathIntegrator<'_> {
         throughput: &Throughput,
         depth: u32,
         interaction: &Interaction<'_>,
-        bsdf: &Bsdf,
+        bsdf: &SeenBsdf<'_>,
         receiver: Receiver,
         u_choice: f32,
         u_light: Vec2,
@@ -234,7 +238,7 @@ impl PathIntegrator<'_> {
             .sample(receiver, u_choice, u_light, self.geometry, self.textures);
         let Some(light) = chosen else { return };
         let sample = &light.sample;
-        let eval = bsdf.eval(interaction.surface.wo, sample.wi);
+        let eval = bsdf.eval(sample.wi);
         let (diffuse, specular) = (eval.diffuse * light.diffuse, eval.specular * light.specular);
         if diffuse.is_black() && specular.is_black() {
             return;

@@ -164,7 +164,6 @@ fn picture_distribution(
         let [r, g, b, _] = texels[y * w + x];
         Spectrum::new(r, g, b).luminance().max(0.0)
     };
-    // Row 0 of the picture is its top; t = 0 is its bottom.
     let sin_theta = |y: usize| (PI * (y as f32 + 0.5) / h as f32).sin();
     let mut sum = [0.0_f64; 3];
     let mut weight_sum = 0.0_f64;
@@ -184,7 +183,7 @@ fn picture_distribution(
     }
     // Filtering spreads a bright texel over its neighbours: they must not have low densities.
     let floor = 1e-3 * mean.luminance();
-    let weights = (0..h).rev().flat_map(|y| {
+    let weights = (0..h).flat_map(|y| {
         (0..w).map(move |x| {
             let (left, right) = ((x + w - 1) % w, (x + 1) % w);
             let (below, above) = (y.saturating_sub(1), (y + 1).min(h - 1));

@@ -1,6 +1,6 @@
 //! Emissive meshes: every triangle is a light that emits from both sides.
 
-use kilauea_math::{Bounds3, Vec2, Vec3, warp};
+use kilauea_math::{Bounds3, Spectrum, Vec2, Vec3, warp};
 use kilauea_texture::TextureStore;
 
 use super::LightSample;
@@ -26,6 +26,8 @@ struct Group {
     first_triangle: u32,
     /// Luminance of the mean emission.
     luminance: f32,
+    /// Radiance, where it is the same everywhere.
+    constant: Option<Spectrum>,
 }
 
 impl MeshLights {
@@ -48,6 +50,7 @@ impl MeshLights {
                         chunk: chunk_idx as u32,
                         first_triangle: lights.n_triangles,
                         luminance: shader.mean_emission(textures).luminance().max(1e-6),
+                        constant: shader.constant_emission().filter(|_| shader.is_opaque()),
                     });
                     lights.n_triangles += chunk.triangles.len() as u32;
                 }
@@ -83,12 +86,12 @@ impl MeshLights {
         geometry: &'a Geometry,
     ) -> impl Iterator<Item = LightBounds> + 'a {
         (0..self.n_triangles).map(move |i| {
-            let (at, luminance) = self.triangle(i);
+            let (at, group) = self.triangle(i);
             let [a, b, c] = geometry.corners(at);
             let area_vector = 0.5 * (b - a).cross(c - a);
             LightBounds {
                 bounds: Bounds3::from_points([a, b, c]),
-                power: luminance * area_vector.length(),
+                power: group.luminance * area_vector.length(),
                 axis: area_vector.normalize_or(Vec3::Z),
                 cos_normals: 1.0,
                 cos_emission: 0.0,
@@ -106,7 +109,7 @@ impl MeshLights {
         geometry: &Geometry,
         textures: &TextureStore,
     ) -> Option<LightSample> {
-        let (at, _) = self.triangle(light - self.first_light);
+        let (at, group) = self.triangle(light - self.first_light);
         let weights = warp::uniform_triangle(u);
         let corners = geometry.corners(at);
         let [a, b, c] = corners;
@@ -118,25 +121,28 @@ impl MeshLights {
         if !pdf.is_finite() || pdf <= 0.0 {
             return None;
         }
-        let interaction = geometry.interaction(at, weights, -wi, 0.0, textures);
+        let radiance = group.constant.unwrap_or_else(|| {
+            let interaction = geometry.interaction(at, weights, -wi, 0.0, textures);
+            let surface = &interaction.surface;
+            interaction.shader.emission(surface) * interaction.shader.opacity(surface)
+        });
         Some(LightSample {
             wi,
             distance,
-            radiance: interaction.shader.emission(&interaction.surface)
-                * interaction.shader.opacity(&interaction.surface),
+            radiance,
             pdf,
             is_delta: false,
         })
     }
 
-    fn triangle(&self, idx: u32) -> (TriangleRef, f32) {
+    fn triangle(&self, idx: u32) -> (TriangleRef, &Group) {
         let group = &self.groups[self.groups.partition_point(|g| g.first_triangle <= idx) - 1];
         let at = TriangleRef {
             placement: group.placement,
             chunk: group.chunk,
             triangle: idx - group.first_triangle,
         };
-        (at, group.luminance)
+        (at, group)
     }
 }
 

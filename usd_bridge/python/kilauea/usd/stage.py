@@ -155,5 +155,5 @@ def _default_light() -> dict[str, Any]:
         "diffuse": 1.0,
         "specular": 1.0,
         "shaping": None,
-        "visible_to_camera": True,
+        "visible_to_camera": False,
     }
