@@ -1,0 +1,73 @@
+use kilauea_film::Image;
+use kilauea_render::RenderStats;
+
+/// A rendered frame.
+#[derive(Debug)]
+pub struct Picture {
+    /// Its channels.
+    pub image: Image,
+    /// Its statistics.
+    pub stats: RenderStats,
+}
+
+impl Picture {
+    /// Values of a channel, which must be there.
+    pub fn channel(&self, name: &str) -> &[f32] {
+        self.image
+            .channel(name)
+            .unwrap_or_else(|| panic!("no channel {name}"))
+    }
+
+    /// Mean of a channel.
+    pub fn mean_of(&self, name: &str) -> f64 {
+        let values = self.channel(name);
+        values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64
+    }
+
+    /// Mean of red, green and blue.
+    pub fn mean(&self) -> f64 {
+        ["R", "G", "B"].map(|c| self.mean_of(c)).iter().sum::<f64>() / 3.0
+    }
+
+    /// All channels as bits, for comparisons that forgive nothing.
+    pub fn bits(&self) -> Vec<(&str, Vec<u32>)> {
+        let bits = |samples: &[f32]| samples.iter().map(|v| v.to_bits()).collect();
+        self.image
+            .channels
+            .iter()
+            .map(|c| (c.name.as_str(), bits(&c.samples)))
+            .collect()
+    }
+
+    /// Fails at the first channel in which two pictures differ.
+    pub fn check_same_bits(&self, other: &Self, what: &str) {
+        let (ours, theirs) = (self.bits(), other.bits());
+        assert_eq!(ours.len(), theirs.len(), "{what}");
+        for (a, b) in ours.iter().zip(&theirs) {
+            assert_eq!(a.0, b.0, "{what}");
+            let n_different = a.1.iter().zip(&b.1).filter(|(a, b)| a != b).count();
+            assert_eq!(n_different, 0, "{what}: pixels of {} that differ", a.0);
+        }
+    }
+}
+
+/// Fails where `found` is further than a fraction from `expected`.
+pub fn check_near(found: f64, expected: f64, fraction: f64, what: &str) {
+    let error = (found - expected).abs() / expected.abs().max(1e-30);
+    assert!(
+        error <= fraction,
+        "{what}: {found}, expected {expected}: off by {:.3} %",
+        100.0 * error
+    );
+}
+
+/// Mean of (a − b)² / (b² + 0.01) over red, green and blue.
+pub fn rel_mse(a: &Picture, b: &Picture) -> f64 {
+    let terms = ["R", "G", "B"].into_iter().flat_map(|c| {
+        a.channel(c).iter().zip(b.channel(c)).map(|(&a, &b)| {
+            let (a, b) = (f64::from(a), f64::from(b));
+            (a - b).powi(2) / (b * b + 0.01)
+        })
+    });
+    terms.sum::<f64>() / (3 * a.channel("R").len()) as f64
+}

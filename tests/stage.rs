@@ -1,0 +1,170 @@
+use kilauea_math::{DAffine3, DVec3};
+use kilauea_mesh::{
+    AssembleOptions, Axis, ImplicitKind, ImplicitShape, InstancesPayload, Payloads, Primvar,
+    PrimvarInterpolation, assemble,
+};
+use kilauea_render::{PrepareOptions, PreparedScene, RenderJob};
+use kilauea_scene::{Camera, FilterKind, Light, Material, RenderSettings, Scene, TextureSource};
+use std::sync::Arc;
+
+use crate::{Mesh, Picture};
+
+/// A scene under construction.
+#[derive(Clone, Debug)]
+pub struct Stage {
+    /// Names of prototypes; entry 0 is the world.
+    pub prototypes: Vec<String>,
+    /// Polygon meshes.
+    pub meshes: Vec<Mesh>,
+    /// Spheres in the world.
+    pub spheres: Vec<Sphere>,
+    /// Placements of prototypes.
+    pub instances: Vec<Placements>,
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// Images.
+    pub textures: Vec<TextureSource>,
+    /// Lights.
+    pub lights: Vec<Light>,
+    /// The camera.
+    pub camera: Camera,
+}
+
+/// A sphere, tessellated to the size of pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Sphere {
+    /// World space.
+    pub center: [f64; 3],
+    /// World space.
+    pub radius: f64,
+    /// Index into [`Stage::materials`].
+    pub material: u32,
+}
+
+/// A prototype placed any number of times.
+#[derive(Clone, Debug)]
+pub struct Placements {
+    /// The prototype that holds them.
+    pub parent: u32,
+    /// The prototype that is placed.
+    pub prototype: u32,
+    /// One per instance.
+    pub parent_from_prototype: Vec<DAffine3>,
+    /// Name and values of a primvar of three floats per instance.
+    pub primvar: Option<(String, Vec<f32>)>,
+}
+
+impl Stage {
+    /// Nothing but a camera.
+    pub fn new(camera: Camera) -> Self {
+        Self {
+            prototypes: vec![String::new()],
+            meshes: Vec::new(),
+            spheres: Vec::new(),
+            instances: Vec::new(),
+            materials: Vec::new(),
+            textures: Vec::new(),
+            lights: Vec::new(),
+            camera,
+        }
+    }
+
+    /// Settings that tests start from: 16 by 16 pixels, 64 samples, one thread, the box filter.
+    pub fn settings() -> RenderSettings {
+        RenderSettings {
+            resolution: [16, 16],
+            samples_per_pixel: 64,
+            threads: 1,
+            filter: FilterKind::Box,
+            texture_memory_bytes: 64 << 20,
+            ..RenderSettings::default()
+        }
+    }
+
+    /// The scene that the engine gets.
+    pub fn scene(&self, resolution: [u32; 2]) -> Scene {
+        let options = AssembleOptions {
+            resolution,
+            ..AssembleOptions::default()
+        };
+        let assembled = assemble(self.payloads(), &options).expect("the stage is sound");
+        assert_eq!(assembled.warnings, [""; 0]);
+        assembled.scene
+    }
+
+    /// The scene, ready for rendering.
+    pub fn prepare(&self, settings: &RenderSettings) -> Arc<PreparedScene> {
+        let scene = self.scene(settings.resolution);
+        let prepared = PreparedScene::new(scene, &PrepareOptions::default());
+        let prepared = prepared.expect("the scene is sound");
+        assert_eq!(prepared.warnings, [""; 0]);
+        Arc::new(prepared)
+    }
+
+    /// Renders with [`Self::settings`] after `change`.
+    pub fn render(&self, change: impl FnOnce(&mut RenderSettings)) -> Picture {
+        let mut settings = Self::settings();
+        change(&mut settings);
+        Picture::render(&self.prepare(&settings), settings)
+    }
+
+    fn payloads(&self) -> Payloads<'_> {
+        let spheres = self.spheres.iter().map(|sphere| ImplicitShape {
+            path: "/Sphere",
+            prototype: 0,
+            prototype_from_mesh: DAffine3::from_translation(DVec3::from_array(sphere.center)),
+            kind: ImplicitKind::Sphere,
+            axis: Axis::Y,
+            dimensions: [sphere.radius, 0.0, 0.0],
+            material: sphere.material,
+            left_handed: false,
+            double_sided: true,
+            primvars: Vec::new(),
+        });
+        let instances = self.instances.iter().map(|placements| InstancesPayload {
+            path: "/Instances",
+            parent: placements.parent,
+            prototype: placements.prototype,
+            parent_from_prototype: placements.parent_from_prototype.clone(),
+            primvars: placements
+                .primvar
+                .iter()
+                .map(|(name, values)| Primvar {
+                    name,
+                    width: 3,
+                    interpolation: PrimvarInterpolation::Uniform,
+                    values,
+                    indices: None,
+                })
+                .collect(),
+        });
+        Payloads {
+            prototypes: self.prototypes.clone(),
+            meshes: self.meshes.iter().map(Mesh::payload).collect(),
+            implicits: spheres.collect(),
+            instances: instances.collect(),
+            materials: self.materials.clone(),
+            textures: self.textures.clone(),
+            lights: self.lights.clone(),
+            camera: self.camera.clone(),
+        }
+    }
+}
+
+impl Picture {
+    /// Renders a frame to its end.
+    pub fn render(prepared: &Arc<PreparedScene>, settings: RenderSettings) -> Self {
+        let job = RenderJob::start(Arc::clone(prepared), settings).expect("the settings are sound");
+        Self::finish(job, prepared)
+    }
+
+    /// Waits for a frame.
+    pub fn finish(job: RenderJob, prepared: &PreparedScene) -> Self {
+        let result = job.finish().expect("nothing fails");
+        assert_eq!(result.stats.invalid_samples, 0);
+        Self {
+            image: result.film.to_image(prepared.scene.origin_world),
+            stats: result.stats,
+        }
+    }
+}

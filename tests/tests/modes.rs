@@ -1,0 +1,281 @@
+//! However a frame is rendered, it is the same frame.
+
+use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
+use kilauea_render::RenderJob;
+use kilauea_scene::{DataWindow, FilterKind, Light, LightShape, RenderSettings};
+use kilauea_tests::{
+    Mesh, Picture, Placements, Sphere, Stage, black_emitter, light, matte, perspective, preview,
+    rect_light, rel_mse, with_opacity,
+};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A room that uses every feature: cutouts, glass, meshes that shine, area lights, a dome,
+/// instances and a lens.
+fn everything() -> Stage {
+    let mut stage = plain();
+    stage.camera.lens_radius = 0.02;
+    stage.camera.focus_distance = 3.0;
+    stage.materials.extend([
+        with_opacity(matte([0.2, 0.6, 0.3]), 0.5),
+        black_emitter(2.0),
+        preview(&[("opacity", &[0.0]), ("roughness", &[0.0])]),
+    ]);
+    stage.spheres[0].material = 4;
+    let small = DAffine3::from_scale(DVec3::splat(0.2));
+    stage.prototypes.push("/Prototype".into());
+    stage
+        .meshes
+        .push(Mesh::cube().in_prototype(1).with_material(2).placed(small));
+    let places = [DVec3::new(-0.7, 0.2, 0.4), DVec3::new(0.8, 0.5, -0.3)];
+    stage.instances.push(Placements {
+        parent: 0,
+        prototype: 1,
+        parent_from_prototype: places.map(DAffine3::from_translation).to_vec(),
+        primvar: None,
+    });
+    let triangle = [[-1.5, 0.5, -0.5], [-1.5, 0.5, 0.5], [-1.5, 1.0, 0.0]];
+    stage.meshes.push(Mesh::polygon(&triangle).with_material(3));
+    stage.lights.push(Light {
+        radiance: Spectrum::new(0.1, 0.2, 0.4),
+        ..light(LightShape::Dome, DMat4::IDENTITY)
+    });
+    stage
+}
+
+/// A glossy sphere on a floor under a rect light.
+fn plain() -> Stage {
+    let mut stage = Stage::new(perspective([0.0, 1.2, 3.0], [0.0, 0.4, 0.0], 0.5));
+    stage.materials = vec![
+        matte([0.7, 0.6, 0.5]),
+        preview(&[("diffuseColor", &[0.2, 0.4, 0.8]), ("roughness", &[0.3])]),
+    ];
+    stage.meshes.push(Mesh::floor(2.0));
+    stage.spheres.push(Sphere {
+        center: [0.0, 0.5, 0.0],
+        radius: 0.5,
+        material: 1,
+    });
+    stage.lights.push(rect_light(1.0, 1.0, 2.0));
+    stage
+}
+
+fn settings() -> RenderSettings {
+    RenderSettings {
+        // Not a multiple of the tiles.
+        resolution: [72, 40],
+        samples_per_pixel: 6,
+        filter: FilterKind::BlackmanHarris,
+        ..Stage::settings()
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let prepared = everything().prepare(&settings());
+    let render = |threads| {
+        let settings = RenderSettings {
+            threads,
+            ..settings()
+        };
+        Picture::render(&prepared, settings)
+    };
+    let one = render(1);
+    assert!(one.mean() > 0.05);
+    for threads in [2, 3, 1] {
+        one.check_same_bits(&render(threads), &format!("{threads} threads"));
+    }
+    // More threads than tiles: passes over a tile still come in order.
+    let tiny = |threads| {
+        let settings = RenderSettings {
+            threads,
+            resolution: [8, 8],
+            samples_per_pixel: 64,
+            ..settings()
+        };
+        Picture::render(&prepared, settings)
+    };
+    tiny(1).check_same_bits(&tiny(3), "one tile for three threads");
+}
+
+#[test]
+fn skipping_what_is_not_needed_does_not_change_a_bit() {
+    let mut dark = plain();
+    dark.lights.clear();
+    let mut only_dome = plain();
+    only_dome.lights = vec![light(LightShape::Dome, DMat4::IDENTITY)];
+    for (name, stage) in [
+        ("everything", everything()),
+        ("plain", plain()),
+        ("dark", dark),
+        ("only a dome", only_dome),
+    ] {
+        let prepared = stage.prepare(&settings());
+        let render = |specialize| {
+            let settings = RenderSettings {
+                specialize,
+                ..settings()
+            };
+            Picture::render(&prepared, settings)
+        };
+        let (special, general) = (render(true), render(false));
+        special.check_same_bits(&general, name);
+        assert!(general.stats.skipped.is_empty());
+        // No scene of these has an image.
+        let skips = special.stats.skipped != ["textures"];
+        assert_eq!(skips, name != "everything", "{name}");
+    }
+}
+
+#[test]
+fn another_seed_makes_another_picture_of_the_same() {
+    let prepared = everything().prepare(&settings());
+    let render = |seed| {
+        let settings = RenderSettings {
+            seed,
+            samples_per_pixel: 64,
+            ..settings()
+        };
+        Picture::render(&prepared, settings)
+    };
+    let (a, b) = (render(0), render(1));
+    // The constant sky aside.
+    let n_equal = (a.channel("R").iter().zip(b.channel("R")))
+        .zip(a.channel("A"))
+        .filter(|((a, b), alpha)| **alpha > 0.0 && a == b)
+        .count();
+    assert!(n_equal < 40, "{n_equal} pixels are the same");
+    let ratio = a.mean() / b.mean();
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    assert!(rel_mse(&a, &b) < 0.2);
+}
+
+#[test]
+fn a_crop_is_part_of_the_frame() {
+    let prepared = everything().prepare(&settings());
+    let full = Picture::render(&prepared, settings());
+    let window = DataWindow {
+        min: [19, 7],
+        max: [61, 31],
+    };
+    let settings = RenderSettings {
+        data_window: Some(window),
+        ..settings()
+    };
+    let crop = Picture::render(&prepared, settings);
+    assert_eq!(crop.image.size(), [42, 24]);
+    for (name, bits) in crop.bits() {
+        let whole = full.channel(name);
+        for (idx, &bits) in bits.iter().enumerate() {
+            let (x, y) = (19 + idx % 42, 7 + idx / 42);
+            assert_eq!(bits, whole[y * 72 + x].to_bits(), "{name} at {x} {y}");
+        }
+    }
+}
+
+#[test]
+fn overscan_surrounds_the_frame() {
+    let prepared = plain().prepare(&settings());
+    let full = Picture::render(&prepared, settings());
+    let settings = RenderSettings {
+        data_window: Some(DataWindow {
+            min: [-3, -2],
+            max: [74, 41],
+        }),
+        ..settings()
+    };
+    let wide = Picture::render(&prepared, settings);
+    for (idx, value) in full.channel("G").iter().enumerate() {
+        let (x, y) = (3 + idx % 72, 2 + idx / 72);
+        assert_eq!(value.to_bits(), wide.channel("G")[y * 77 + x].to_bits());
+    }
+}
+
+fn endless() -> RenderSettings {
+    RenderSettings {
+        samples_per_pixel: 1 << 16,
+        resolution: [256, 256],
+        threads: 2,
+        ..settings()
+    }
+}
+
+#[test]
+fn a_time_limit_returns_what_there_is() {
+    let prepared = everything().prepare(&endless());
+    let settings = RenderSettings {
+        time_limit_secs: Some(1.0),
+        ..endless()
+    };
+    let start = Instant::now();
+    let picture = Picture::render(&prepared, settings);
+    let took = start.elapsed().as_secs_f64();
+    assert!((0.9..4.0).contains(&took), "{took} s");
+    assert!(!picture.stats.is_complete);
+    assert!(picture.stats.full_passes >= 1);
+    assert!(picture.stats.samples_per_pixel >= 1.0);
+    assert!(picture.channel("sample_count").iter().all(|&n| n >= 1.0));
+    assert!(picture.mean() > 0.05);
+}
+
+#[test]
+fn cancelling_stops_soon() {
+    let prepared = everything().prepare(&endless());
+    let job = RenderJob::start(Arc::clone(&prepared), endless()).unwrap();
+    assert!(!job.wait(Duration::from_millis(200)));
+    let start = Instant::now();
+    job.cancel();
+    assert!(job.wait(Duration::from_secs(1)), "{:?}", start.elapsed());
+    let picture = Picture::finish(job, &prepared);
+    assert!(!picture.stats.is_complete);
+    assert!(picture.stats.samples > 0);
+}
+
+#[test]
+fn layers_add_up_to_the_beauty() {
+    let picture = everything().render(|s| *s = settings());
+    let parts = [
+        "emission",
+        "direct_diffuse",
+        "direct_specular",
+        "indirect_diffuse",
+        "indirect_specular",
+    ];
+    for channel in ["R", "G", "B"] {
+        let names = parts.map(|part| format!("{part}.{channel}"));
+        let layers = names.each_ref().map(|name| picture.channel(name));
+        for (name, layer) in names.iter().zip(&layers) {
+            assert!(layer.iter().any(|&v| v > 0.0), "{name} is empty");
+        }
+        for (idx, &beauty) in picture.channel(channel).iter().enumerate() {
+            let sum: f32 = layers.iter().map(|layer| layer[idx]).sum();
+            let error = (sum - beauty).abs();
+            assert!(
+                error <= 2e-6 * beauty.max(1.0),
+                "{channel} {idx}: {sum} {beauty}"
+            );
+        }
+    }
+}
+
+#[test]
+fn only_the_layers_asked_for_are_there_and_alike() {
+    let all = plain().render(|s| *s = settings());
+    let some = plain().render(|s| {
+        *s = settings();
+        s.aovs = vec!["Z".into(), "albedo".into()];
+    });
+    let names: Vec<&str> = some
+        .image
+        .channels
+        .iter()
+        .map(|c| c.name.as_str())
+        .collect();
+    assert_eq!(
+        names,
+        ["R", "G", "B", "A", "Z", "albedo.R", "albedo.G", "albedo.B"]
+    );
+    for name in names {
+        assert_eq!(all.channel(name), some.channel(name), "{name}");
+    }
+}
