@@ -187,7 +187,14 @@ impl SeenBsdf<'_> {
         }
     }
 
-    /// Draws a direction; `u` is uniform in [0, 1)³. None where the path ends.
+    /// Whether [`Self::sample`] has no lobe to choose, and ignores `u[0]`.
+    #[inline]
+    pub fn has_one_lobe(&self) -> bool {
+        matches!(self.lobes, SeenLobes::Lambert(..))
+    }
+
+    /// Draws a direction; `u` is uniform in [0, 1)³: first the choice of the lobe, then the
+    /// direction. None where the path ends.
     #[inline]
     pub fn sample(&self, u: [f32; 3]) -> Option<BsdfSample> {
         match &self.lobes {

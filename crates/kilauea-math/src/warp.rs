@@ -3,7 +3,7 @@
 //! Every density is with respect to solid angle or area as its doc says; `u` is in [0, 1)².
 
 use glam::{Vec2, Vec3};
-use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::f32::consts::{FRAC_PI_4, PI, TAU};
 
 use crate::INV_PI;
 
@@ -14,13 +14,23 @@ pub fn concentric_disk(u: Vec2) -> Vec2 {
     if o == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    let (r, theta) = if o.x.abs() > o.y.abs() {
-        (o.x, FRAC_PI_4 * (o.y / o.x))
+    if o.x.abs() > o.y.abs() {
+        let (sin, cos) = sin_cos_octant(FRAC_PI_4 * (o.y / o.x));
+        o.x * Vec2::new(cos, sin)
     } else {
-        (o.y, FRAC_PI_2 - FRAC_PI_4 * (o.x / o.y))
-    };
-    let (sin, cos) = theta.sin_cos();
-    r * Vec2::new(cos, sin)
+        let (sin, cos) = sin_cos_octant(FRAC_PI_4 * (o.x / o.y));
+        o.y * Vec2::new(sin, cos)
+    }
+}
+
+/// Sine and cosine within ±pi/4, by Taylor series that are exact to a rounding there.
+#[inline]
+fn sin_cos_octant(x: f32) -> (f32, f32) {
+    let x2 = x * x;
+    let sin =
+        x * (1.0 + x2 * (-1.0 / 6.0 + x2 * (1.0 / 120.0 + x2 * (-1.0 / 5040.0 + x2 / 362880.0))));
+    let cos = 1.0 + x2 * (-0.5 + x2 * (1.0 / 24.0 + x2 * (-1.0 / 720.0 + x2 / 40320.0)));
+    (sin, cos)
 }
 
 /// Directions around +z with density cos(theta)/pi per solid angle.
@@ -89,6 +99,18 @@ mod tests {
             .sum::<f64>()
             / n as f64;
         assert!((mean - 2.0 / 3.0).abs() < 2e-3, "{mean}");
+    }
+
+    #[test]
+    fn series_agree_with_the_functions() {
+        for i in -1000..=1000 {
+            let x = FRAC_PI_4 * i as f32 / 1000.0;
+            let (sin, cos) = sin_cos_octant(x);
+            assert!(
+                (sin - x.sin()).abs() < 1.2e-7 && (cos - x.cos()).abs() < 1.2e-7,
+                "{x}"
+            );
+        }
     }
 
     #[test]

@@ -14,7 +14,7 @@ use crate::camera::RayGenerator;
 use crate::integrator::{PathIntegrator, RayCounts};
 use crate::needs::SceneNeeds;
 use crate::prepared::PreparedScene;
-use crate::sampler::PixelSequence;
+use crate::sampler::{Purpose, SamplerTables};
 use crate::stats::{Memory, RenderStats, SceneSize, Textures, Times, peak_rss_bytes};
 
 /// Edge length of a tile in pixels: small enough that two threads finish a small picture together,
@@ -45,6 +45,7 @@ struct Frame {
     film: Film,
     filter: Filter,
     camera: RayGenerator,
+    sampler: SamplerTables,
     /// First sample of each pass, and the total at the end.
     pass_starts: Vec<u32>,
     /// By tile: passes done.
@@ -110,6 +111,11 @@ impl RenderJob {
             },
             filter: Filter::new(settings.filter, settings.filter_radius),
             camera: RayGenerator::new(&scene.camera, settings.resolution, scene.origin_world),
+            sampler: SamplerTables::new(
+                settings.samples_per_pixel,
+                settings.max_depth,
+                settings.seed,
+            ),
             pass_starts: pass_starts(settings.samples_per_pixel),
             passes_done: (0..film.n_tiles()).map(|_| AtomicU32::new(0)).collect(),
             film,
@@ -275,20 +281,18 @@ impl Frame {
             if self.is_cancelled.load(Ordering::Relaxed) {
                 return;
             }
-            let sequence =
-                PixelSequence::new(pixel, self.settings.samples_per_pixel, self.settings.seed);
+            let sequence = self.sampler.pixel(pixel);
             let center = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
             for sample_idx in samples.clone() {
-                let mut sampler = sequence.sampler(sample_idx);
-                let offset = self.filter.sample(sampler.next_2d());
+                let sampler = sequence.sampler(sample_idx);
+                let offset = self.filter.sample(sampler.pair(Purpose::Filter));
                 let lens = if self.needs.lens {
-                    sampler.next_2d()
+                    sampler.pair(Purpose::Lens)
                 } else {
                     Vec2::splat(0.5)
                 };
                 let ray = self.camera.ray(center + offset, lens);
-                let mut sample =
-                    integrator.trace::<CUTOUTS>(&ray, &self.camera, &mut sampler, counts);
+                let mut sample = integrator.trace::<CUTOUTS>(&ray, &self.camera, &sampler, counts);
                 sample.offset_sq = offset.length_squared();
                 if exposure != 1.0 {
                     expose(&mut sample, exposure);

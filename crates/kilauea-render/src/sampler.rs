@@ -10,76 +10,131 @@
 use kilauea_math::Vec2;
 use kilauea_math::hash::{combine, mix32, unit_f32};
 
-/// The random numbers of one pixel sample, dimension by dimension.
+/// What all pixels of a frame share: the scrambling of each pair of dimensions.
 #[derive(Clone, Debug)]
-pub(crate) struct Sampler {
-    index: u32,
+pub(crate) struct SamplerTables {
     seed: u32,
-    dimension: u32,
+    log2_samples: u32,
+    pairs: Vec<PairKeys>,
+}
+
+/// Scrambling of one pair of dimensions.
+#[derive(Clone, Copy, Debug)]
+struct PairKeys {
+    index: u32,
+    x: u32,
+    y: u32,
 }
 
 /// The run of the sequence that a pixel owns.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PixelSequence {
+pub(crate) struct PixelSequence<'a> {
+    tables: &'a SamplerTables,
     start: u64,
-    seed: u32,
 }
 
-impl PixelSequence {
-    /// The run of pixel (x, y) for up to `samples_per_pixel` samples.
-    pub(crate) fn new(pixel: [i32; 2], samples_per_pixel: u32, seed: u32) -> Self {
+/// The random numbers of one pixel sample.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sampler<'a> {
+    tables: &'a SamplerTables,
+    reversed_index: u32,
+    /// Selects another scrambling where the index needs more than the 32 bits of a Sobol index.
+    above: u32,
+}
+
+/// What a pair of numbers is for. Each purpose has its own dimensions whether or not others are
+/// asked for, so skipping work never changes the numbers of the rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Point of the pixel filter.
+    Filter,
+    /// Point on the lens.
+    Lens,
+    /// Point on a light, at the vertex after so many bounces.
+    Light(u32),
+    /// Direction that a path takes.
+    Direction(u32),
+    /// Which light, and which lobe.
+    Choice(u32),
+}
+
+impl Purpose {
+    fn pair(self) -> u32 {
+        match self {
+            Self::Filter => 0,
+            Self::Lens => 1,
+            Self::Light(bounce) => 2 + 3 * bounce,
+            Self::Direction(bounce) => 3 + 3 * bounce,
+            Self::Choice(bounce) => 4 + 3 * bounce,
+        }
+    }
+}
+
+impl SamplerTables {
+    /// Tables for paths of up to `max_depth` bounces.
+    pub(crate) fn new(samples_per_pixel: u32, max_depth: u32, seed: u32) -> Self {
+        let n_pairs = Purpose::Choice(max_depth).pair() + 1;
+        let keys = |pair| {
+            let index = combine(seed, pair);
+            PairKeys {
+                index,
+                x: mix32(index ^ 0xa511_e9b3),
+                y: mix32(index ^ 0x63d8_3595),
+            }
+        };
+        Self {
+            seed,
+            log2_samples: samples_per_pixel.next_power_of_two().trailing_zeros(),
+            pairs: (0..n_pairs).map(keys).collect(),
+        }
+    }
+
+    /// The run of pixel (x, y).
+    pub(crate) fn pixel(&self, pixel: [i32; 2]) -> PixelSequence<'_> {
         // Overscan makes coordinates negative: shift them into the unsigned range.
         let [x, y] = pixel.map(|c| c.wrapping_add(1 << 15) as u32 & 0xffff);
-        let order = scramble_base4(interleave(x) | (interleave(y) << 1), seed);
-        let log2_samples = samples_per_pixel.next_power_of_two().trailing_zeros();
-        Self {
-            start: (order as u64) << log2_samples,
-            seed,
-        }
-    }
-
-    /// The numbers of one sample.
-    #[inline]
-    pub(crate) fn sampler(&self, sample_idx: u32) -> Sampler {
-        let index = self.start | sample_idx as u64;
-        Sampler {
-            index: index as u32,
-            // Sobol indices have 32 bits; what lies above selects another scrambling.
-            seed: combine(self.seed, (index >> 32) as u32),
-            dimension: 0,
+        let order = scramble_base4(interleave(x) | (interleave(y) << 1), self.seed);
+        PixelSequence {
+            tables: self,
+            start: (order as u64) << self.log2_samples,
         }
     }
 }
 
-impl Sampler {
-    /// The next two dimensions, each in [0, 1).
+impl<'a> PixelSequence<'a> {
+    /// The numbers of one sample.
     #[inline]
-    pub(crate) fn next_2d(&mut self) -> Vec2 {
-        let key = combine(self.seed, self.dimension);
-        self.dimension += 1;
-        let shuffled = scramble_reversed(self.index.reverse_bits(), key).reverse_bits();
-        let x = scramble_reversed(shuffled, mix32(key ^ 0xa511_e9b3));
-        let y = scramble_reversed(second_sobol_reversed(shuffled), mix32(key ^ 0x63d8_3595));
-        Vec2::new(unit_f32(x.reverse_bits()), unit_f32(y.reverse_bits()))
+    pub(crate) fn sampler(&self, sample_idx: u32) -> Sampler<'a> {
+        let index = self.start | sample_idx as u64;
+        let above = (index >> 32) as u32;
+        Sampler {
+            tables: self.tables,
+            reversed_index: (index as u32).reverse_bits(),
+            above: if above == 0 { 0 } else { mix32(above) },
+        }
     }
+}
 
-    /// Continues with the dimensions of a bounce, whether or not earlier ones were used: skipping
-    /// work never changes later numbers.
+impl Sampler<'_> {
+    /// Two numbers, each in [0, 1).
     #[inline]
-    pub(crate) fn start_bounce(&mut self, bounce: u32) {
-        self.dimension = Self::CAMERA_DIMENSIONS + bounce * Self::BOUNCE_DIMENSIONS;
+    pub(crate) fn pair(&self, purpose: Purpose) -> Vec2 {
+        let keys = &self.tables.pairs[purpose.pair() as usize];
+        let shuffled =
+            scramble_reversed(self.reversed_index, keys.index ^ self.above).reverse_bits();
+        let x = scramble_reversed(shuffled, keys.x);
+        let y = scramble_reversed(second_sobol_reversed(shuffled), keys.y);
+        // Both are reversed at once.
+        let reversed = ((x as u64) << 32 | y as u64).reverse_bits();
+        Vec2::new(unit_f32(reversed as u32), unit_f32((reversed >> 32) as u32))
     }
 
     /// A hash of this sample and `purpose`, for numbers that need no good distribution.
     #[inline]
     pub(crate) fn key(&self, purpose: u32) -> u32 {
-        combine(combine(self.seed ^ 0x51ed_270b, purpose), self.index)
+        let seed = self.tables.seed ^ self.above ^ 0x51ed_270b;
+        combine(combine(seed, purpose), self.reversed_index)
     }
-
-    /// Pairs for the pixel filter and the lens.
-    const CAMERA_DIMENSIONS: u32 = 2;
-    /// Pairs for the point on a light, the direction, and the two choices.
-    const BOUNCE_DIMENSIONS: u32 = 3;
 }
 
 /// Owen scrambling of a bit-reversed value: each bit is flipped by a hash of the lower ones
@@ -158,19 +213,13 @@ mod tests {
     }
 
     #[test]
-    fn each_pixel_and_dimension_is_a_net() {
+    fn each_pixel_and_pair_is_a_net() {
+        let tables = SamplerTables::new(64, 3, 7);
         for pixel in [[0, 0], [5, 9], [-3, 70]] {
-            let sequence = PixelSequence::new(pixel, 64, 7);
-            for dimension in 0..5 {
-                let points: Vec<Vec2> = (0..64)
-                    .map(|sample| {
-                        let mut s = sequence.sampler(sample);
-                        (0..dimension).for_each(|_| {
-                            s.next_2d();
-                        });
-                        s.next_2d()
-                    })
-                    .collect();
+            let sequence = tables.pixel(pixel);
+            for purpose in [Purpose::Filter, Purpose::Light(0), Purpose::Choice(3)] {
+                let points: Vec<Vec2> =
+                    (0..64).map(|i| sequence.sampler(i).pair(purpose)).collect();
                 check_is_net(&points);
             }
         }
@@ -179,22 +228,42 @@ mod tests {
     #[test]
     fn a_block_of_pixels_shares_one_net() {
         // Four neighbours of four samples each make one net of sixteen points.
+        let tables = SamplerTables::new(4, 1, 3);
         let points: Vec<Vec2> = [[8, 4], [9, 4], [8, 5], [9, 5]]
             .into_iter()
             .flat_map(|pixel| {
-                let sequence = PixelSequence::new(pixel, 4, 3);
-                (0..4).map(move |i| sequence.sampler(i).next_2d())
+                let sequence = tables.pixel(pixel);
+                (0..4).map(move |i| sequence.sampler(i).pair(Purpose::Direction(0)))
             })
             .collect();
         check_is_net(&points);
     }
 
     #[test]
-    fn pixels_seeds_and_dimensions_differ() {
-        let first = |pixel, seed| PixelSequence::new(pixel, 16, seed).sampler(0).next_2d();
-        assert_ne!(first([0, 0], 0), first([1, 0], 0));
-        assert_ne!(first([0, 0], 0), first([0, 0], 1));
-        let mut s = PixelSequence::new([0, 0], 16, 0).sampler(0);
-        assert_ne!(s.next_2d(), s.next_2d());
+    fn pixels_seeds_and_purposes_differ() {
+        let first = |pixel, seed, purpose| {
+            SamplerTables::new(16, 2, seed)
+                .pixel(pixel)
+                .sampler(0)
+                .pair(purpose)
+        };
+        let reference = first([0, 0], 0, Purpose::Filter);
+        assert_ne!(reference, first([1, 0], 0, Purpose::Filter));
+        assert_ne!(reference, first([0, 0], 1, Purpose::Filter));
+        assert_ne!(reference, first([0, 0], 0, Purpose::Direction(0)));
+    }
+
+    #[test]
+    fn many_samples_of_large_pictures_do_not_repeat() {
+        let tables = SamplerTables::new(1 << 16, 1, 0);
+        let first = |pixel| tables.pixel(pixel).sampler(0).pair(Purpose::Filter);
+        let points: std::collections::BTreeSet<[u32; 2]> = (0..4096)
+            .map(|i| {
+                first([16 * (i % 64), 16 * (i / 64)])
+                    .to_array()
+                    .map(f32::to_bits)
+            })
+            .collect();
+        assert!(points.len() > 4000, "{}", points.len());
     }
 }

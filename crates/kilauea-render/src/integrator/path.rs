@@ -12,7 +12,7 @@ use crate::camera::{CameraRay, RayGenerator};
 use crate::geometry::{Geometry, Interaction};
 use crate::light::{Emitted, Lights, Receiver};
 use crate::needs::SceneNeeds;
-use crate::sampler::Sampler;
+use crate::sampler::{Purpose, Sampler};
 
 /// The path integrator.
 #[derive(Clone, Copy)]
@@ -86,7 +86,7 @@ impl PathIntegrator<'_> {
         &self,
         camera_ray: &CameraRay,
         camera: &RayGenerator,
-        sampler: &mut Sampler,
+        sampler: &Sampler<'_>,
         counts: &mut RayCounts,
     ) -> PixelSample {
         let mut out = PixelSample::default();
@@ -101,7 +101,7 @@ impl PathIntegrator<'_> {
         counts.camera += 1;
 
         for depth in 0..=self.max_depth {
-            let hit = self.closest::<CUTOUTS>(&ray, sampler.key(2 * depth));
+            let hit = self.closest::<CUTOUTS>(&ray, sampler, depth);
 
             // Add what lights emit along the ray.
             let t_end = hit.map_or(ray.t_max, |h| h.t);
@@ -150,10 +150,6 @@ impl PathIntegrator<'_> {
                 out.albedo = bsdf.albedo();
             }
             throughput.advance(depth);
-            sampler.start_bounce(depth);
-            let u_light = sampler.next_2d();
-            let u_direction = sampler.next_2d();
-            let u_choice = sampler.next_2d();
             let receiver = Receiver {
                 p: surface.p,
                 n: if surface.ns.dot(surface.wo) < 0.0 {
@@ -172,15 +168,19 @@ impl PathIntegrator<'_> {
                     &interaction,
                     &bsdf,
                     receiver,
-                    u_choice.x,
-                    u_light,
-                    sampler.key(2 * depth + 1),
+                    sampler,
                     counts,
                 );
             }
 
             // Choose where the path goes on.
-            let u = [u_direction.x, u_direction.y, u_choice.y];
+            let u_lobe = if bsdf.has_one_lobe() {
+                0.5
+            } else {
+                sampler.pair(Purpose::Choice(depth)).y
+            };
+            let u_direction = sampler.pair(Purpose::Direction(depth));
+            let u = [u_lobe, u_direction.x, u_direction.y];
             let Some(sample) = bsdf.sample(u) else {
                 break;
             };
@@ -228,11 +228,16 @@ impl PathIntegrator<'_> {
         interaction: &Interaction<'_>,
         bsdf: &SeenBsdf<'_>,
         receiver: Receiver,
-        u_choice: f32,
-        u_light: Vec2,
-        key: u32,
+        sampler: &Sampler<'_>,
         counts: &mut RayCounts,
     ) {
+        // A single light needs no choice.
+        let u_choice = if self.lights.len() > 1 {
+            sampler.pair(Purpose::Choice(depth)).x
+        } else {
+            0.5
+        };
+        let u_light = sampler.pair(Purpose::Light(depth));
         let chosen = self
             .lights
             .sample(receiver, u_choice, u_light, self.geometry, self.textures);
@@ -257,7 +262,7 @@ impl PathIntegrator<'_> {
             }
         };
         counts.shadow += 1;
-        if self.occluded::<CUTOUTS>(&shadow_ray, key) {
+        if self.occluded::<CUTOUTS>(&shadow_ray, sampler, depth) {
             return;
         }
         let weight = if sample.is_delta {
@@ -289,9 +294,15 @@ impl PathIntegrator<'_> {
     }
 
     #[inline]
-    fn closest<const CUTOUTS: bool>(&self, ray: &Ray, key: u32) -> Option<Hit> {
+    fn closest<const CUTOUTS: bool>(
+        &self,
+        ray: &Ray,
+        sampler: &Sampler<'_>,
+        depth: u32,
+    ) -> Option<Hit> {
         let accel = self.geometry.accel();
         if CUTOUTS {
+            let key = sampler.key(2 * depth);
             accel.intersect_filtered(ray, |hit| self.is_present(hit, ray, key))
         } else {
             accel.intersect(ray)
@@ -299,9 +310,10 @@ impl PathIntegrator<'_> {
     }
 
     #[inline]
-    fn occluded<const CUTOUTS: bool>(&self, ray: &Ray, key: u32) -> bool {
+    fn occluded<const CUTOUTS: bool>(&self, ray: &Ray, sampler: &Sampler<'_>, depth: u32) -> bool {
         let accel = self.geometry.accel();
         if CUTOUTS {
+            let key = sampler.key(2 * depth + 1);
             accel.occluded_filtered(ray, |hit| self.is_present(hit, ray, key))
         } else {
             accel.occluded(ray)

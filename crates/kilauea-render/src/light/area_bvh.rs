@@ -1,7 +1,7 @@
 //! Which area lights a ray may meet: a binary tree of boxes.
 
 use kilauea_accel::Ray;
-use kilauea_math::{Bounds3, Vec3};
+use kilauea_math::{Bounds3, Vec3A};
 
 /// Boxes of area lights; a handful is simply listed.
 #[derive(Clone, Debug, Default)]
@@ -42,7 +42,7 @@ impl AreaBvh {
         if self.nodes.is_empty() {
             return;
         }
-        let inv_dir = ray.dir.recip();
+        let inv_dir = Vec3A::from(ray.dir).recip();
         let mut stack = [0_u32; 64];
         let mut n_stacked = 1;
         while n_stacked > 0 {
@@ -101,20 +101,20 @@ impl AreaBvh {
 
 /// Whether the ray meets the box, slightly enlarged so that rounding loses nothing.
 #[inline]
-fn meets(bounds: &Bounds3, ray: &Ray, inv_dir: Vec3) -> bool {
-    let a = (bounds.min - ray.origin) * inv_dir;
-    let b = (bounds.max - ray.origin) * inv_dir;
-    // f32::min and max drop the NaN of 0 · ∞: a ray within a face's plane is not lost.
-    let near = |i: usize| a[i].min(b[i]);
-    let far = |i: usize| a[i].max(b[i]);
-    let enter = near(0).max(near(1)).max(near(2)).max(ray.t_min);
-    let exit = far(0).min(far(1)).min(far(2)).min(ray.t_max);
-    enter <= exit * (1.0 + 1e-5) + 1e-30
+fn meets(bounds: &Bounds3, ray: &Ray, inv_dir: Vec3A) -> bool {
+    let origin = Vec3A::from(ray.origin);
+    let a = (Vec3A::from(bounds.min) - origin) * inv_dir;
+    let b = (Vec3A::from(bounds.max) - origin) * inv_dir;
+    // 0 · ∞ can only lose a ray that lies within a face of the box, where no light is seen.
+    let enter = a.min(b).max_element();
+    let exit = a.max(b).min_element();
+    enter.max(ray.t_min) <= exit.min(ray.t_max) * (1.0 + 1e-5) + 1e-30
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kilauea_math::Vec3;
     use kilauea_math::hash::{mix32, unit_f32};
 
     #[test]
@@ -139,7 +139,7 @@ mod tests {
             let mut found = vec![false; boxes.len()];
             bvh.for_each(&ray, |light| found[light as usize] = true);
             for (b, found) in boxes.iter().zip(found) {
-                let is_met = meets(b, &ray, ray.dir.recip());
+                let is_met = meets(b, &ray, Vec3A::from(ray.dir).recip());
                 n_met += u32::from(is_met);
                 assert!(!is_met || found);
             }

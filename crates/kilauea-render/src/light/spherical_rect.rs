@@ -3,6 +3,10 @@
 
 use kilauea_math::{Vec2, Vec3};
 
+/// Squared distance over squared diagonal from which on a rectangle is far: cosine and distance
+/// then vary by little over it.
+const FAR: f32 = 4.0;
+
 /// A rectangle as seen from a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SphericalRect {
@@ -23,8 +27,13 @@ pub(super) struct SphericalRect {
 
 impl SphericalRect {
     /// The rectangle `corner + [0, 1] edge_x + [0, 1] edge_y` with perpendicular edges, seen from
-    /// `p`. None where it is so small that area sampling is as good and rounds better.
+    /// `p`. None where it is so far that area sampling is as good, cheaper, and rounds better.
     pub(super) fn new(corner: Vec3, edge_x: Vec3, edge_y: Vec3, p: Vec3) -> Option<Self> {
+        let size_sq = edge_x.length_squared() + edge_y.length_squared();
+        let to_center = corner + 0.5 * (edge_x + edge_y) - p;
+        if to_center.length_squared() > FAR * size_sq {
+            return None;
+        }
         let (length_x, length_y) = (edge_x.length(), edge_y.length());
         let (x, y) = (edge_x / length_x, edge_y / length_y);
         let to_corner = corner - p;
@@ -43,7 +52,7 @@ impl SphericalRect {
         let (g0, g1, g2, g3) = (angle(n0, n1), angle(n1, n2), angle(n2, n3), angle(n3, n0));
         let k = 2.0 * std::f32::consts::PI - g2 - g3;
         let solid_angle = g0 + g1 - k;
-        (solid_angle > 1e-3 && z0 < 0.0).then_some(Self {
+        (solid_angle > 1e-4 && z0 < 0.0).then_some(Self {
             origin: p,
             x,
             y,
