@@ -41,6 +41,10 @@ pub(crate) struct Subdivision<'py> {
 }
 
 #[derive(FromPyObject)]
+#[expect(
+    clippy::struct_field_names,
+    reason = "fields are named as in payload.py"
+)]
 pub(crate) struct Mesh<'py> {
     path: String,
     prototype: u32,

@@ -1,6 +1,10 @@
 //! The Python door: `kilauea._native`. Converts and calls; knows no USD and decides nothing.
 
 #![forbid(unsafe_code)]
+#![expect(
+    clippy::needless_pass_by_value,
+    reason = "PyO3 hands over what it extracted from Python"
+)]
 
 mod build;
 mod error;

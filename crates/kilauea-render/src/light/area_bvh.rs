@@ -54,7 +54,9 @@ impl AreaBvh {
             }
             if node.n_lights > 0 {
                 let leaf = &self.lights[node.link as usize..][..node.n_lights as usize];
-                leaf.iter().for_each(|&light| visit(light));
+                for &light in leaf {
+                    visit(light);
+                }
             } else {
                 stack[n_stacked] = node.link;
                 stack[n_stacked + 1] = idx + 1;

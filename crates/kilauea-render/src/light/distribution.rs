@@ -15,7 +15,7 @@ pub(super) struct Distribution2d {
 
 impl Distribution2d {
     /// `weights` has `width * height` finite values ≥ 0, the row at y = 0 first, and a positive sum.
-    pub(super) fn new(width: usize, height: usize, weights: Vec<f32>) -> Self {
+    pub(super) fn new(width: usize, height: usize, weights: &[f32]) -> Self {
         let mut columns = Vec::with_capacity((width + 1) * height);
         let sums: Vec<f64> = weights
             .chunks_exact(width)
@@ -93,8 +93,8 @@ mod tests {
 
     #[test]
     fn samples_follow_the_density() {
-        let weights = vec![0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 2.0, 2.0, 8.0];
-        let d = Distribution2d::new(3, 3, weights.clone());
+        let weights = [0.0, 1.0, 3.0, 0.0, 0.0, 0.0, 2.0, 2.0, 8.0];
+        let d = Distribution2d::new(3, 3, &weights);
         let n = 300;
         let mut counts = [0.0; 9];
         for i in 0..n * n {

@@ -183,16 +183,18 @@ fn picture_distribution(
     }
     // Filtering spreads a bright texel over its neighbours: they must not have low densities.
     let floor = 1e-3 * mean.luminance();
-    let weights = (0..h).flat_map(|y| {
-        (0..w).map(move |x| {
-            let (left, right) = ((x + w - 1) % w, (x + 1) % w);
-            let (below, above) = (y.saturating_sub(1), (y + 1).min(h - 1));
-            let brightest = [y, below, above]
-                .into_iter()
-                .flat_map(|y| [luminance(left, y), luminance(x, y), luminance(right, y)])
-                .fold(0.0, f32::max);
-            (0.9 * luminance(x, y) + 0.1 * brightest + floor) * sin_theta(y)
+    let weights: Vec<f32> = (0..h)
+        .flat_map(|y| {
+            (0..w).map(move |x| {
+                let (left, right) = ((x + w - 1) % w, (x + 1) % w);
+                let (below, above) = (y.saturating_sub(1), (y + 1).min(h - 1));
+                let brightest = [y, below, above]
+                    .into_iter()
+                    .flat_map(|y| [luminance(left, y), luminance(x, y), luminance(right, y)])
+                    .fold(0.0, f32::max);
+                (0.9 * luminance(x, y) + 0.1 * brightest + floor) * sin_theta(y)
+            })
         })
-    });
-    Some((Distribution2d::new(w, h, weights.collect()), mean))
+        .collect();
+    Some((Distribution2d::new(w, h, &weights), mean))
 }

@@ -172,20 +172,13 @@ impl Lights {
                 self.tree
                     .sample(receiver.p, receiver.n, u_choice / finite)?;
             let probability = finite * probability;
-            match self.area.get(light as usize) {
-                Some(area) => {
-                    let sample = area.sample(receiver.p, u, textures)?;
-                    (
-                        sample,
-                        probability,
-                        area.emission.diffuse,
-                        area.emission.specular,
-                    )
-                }
-                None => {
-                    let sample = self.mesh.sample(light, receiver.p, u, geometry, textures)?;
-                    (sample, probability, 1.0, 1.0)
-                }
+            if let Some(area) = self.area.get(light as usize) {
+                let sample = area.sample(receiver.p, u, textures)?;
+                let emission = &area.emission;
+                (sample, probability, emission.diffuse, emission.specular)
+            } else {
+                let sample = self.mesh.sample(light, receiver.p, u, geometry, textures)?;
+                (sample, probability, 1.0, 1.0)
             }
         } else {
             let rest = (u_choice - finite) / (1.0 - finite);

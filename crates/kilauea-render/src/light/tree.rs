@@ -25,6 +25,9 @@ pub(super) struct LightBounds {
     pub is_two_sided: bool,
 }
 
+/// A light's number with what the tree knows of it.
+type Entry = (u32, LightBounds);
+
 /// The tree.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightTree {
@@ -53,7 +56,7 @@ const MAX_UNBALANCED_DEPTH: u32 = 30;
 
 impl LightTree {
     /// A tree over lights with positive power; `lights` pairs each with its index.
-    pub(super) fn new(mut lights: Vec<(u32, LightBounds)>, n_lights: usize) -> Self {
+    pub(super) fn new(mut lights: Vec<Entry>, n_lights: usize) -> Self {
         lights.retain(|(_, b)| b.power > 0.0 && b.power.is_finite() && !b.bounds.is_empty());
         let mut tree = Self {
             nodes: Vec::with_capacity(2 * lights.len()),
@@ -136,7 +139,7 @@ impl LightTree {
         (sum > 0.0).then(|| first / sum)
     }
 
-    fn build(&mut self, lights: &mut [(u32, LightBounds)], trail: u64, depth: u32) -> usize {
+    fn build(&mut self, lights: &mut [Entry], trail: u64, depth: u32) -> usize {
         let all = lights
             .iter()
             .map(|(_, b)| *b)
@@ -201,10 +204,10 @@ impl LightBounds {
 /// Splits by the surface area orientation heuristic over twelve buckets an axis, or in the middle
 /// where it finds nothing or the tree has grown too deep.
 fn split<'a>(
-    lights: &'a mut [(u32, LightBounds)],
+    lights: &'a mut [Entry],
     all: &LightBounds,
     depth: u32,
-) -> (&'a mut [(u32, LightBounds)], &'a mut [(u32, LightBounds)]) {
+) -> (&'a mut [Entry], &'a mut [Entry]) {
     const N_BUCKETS: usize = 12;
     let centroids = Bounds3::from_points(lights.iter().map(|(_, b)| b.centroid()));
     let bucket_of = |b: &LightBounds, axis: usize| {
