@@ -13,6 +13,9 @@ from kilauea.errors import UsageError
 
 ENVIRONMENT_PREFIX = "KILAUEA_"
 
+MAX_SIDE = 65536
+"""Pixels of a picture's longest side."""
+
 SUBDIVISION_LEVELS = {"low": 0, "medium": 1, "high": 2, "veryhigh": 3}
 
 # Flags of husk and usdrecord that mean nothing here, by how many values follow them.
@@ -77,7 +80,7 @@ def add_stage_options(parser: ArgumentParser) -> None:
     add("--usd-input", dest="usd_input", metavar="STAGE", help="USD file, as husk has it")
     add("-c", "--camera", "-cam", help="camera prim, or its name")
     add("-s", "--settings", "-rs", "--renderSettingsPrimPath", help="RenderSettings prim")
-    add("-r", "--res", nargs=2, type=int, metavar=("W", "H"), help="resolution in pixels")
+    add("-r", "--res", nargs=2, type=_side, metavar=("W", "H"), help="resolution in pixels")
     add("-S", "--res-scale", type=float, metavar="PERCENT", default=100.0, help="of width, height")
     add("-w", "--imageWidth", dest="image_width", type=int, help="width; height by the aperture")
     add("--pixel-aspect", type=float, metavar="RATIO", help="width of a pixel over its height")
@@ -190,6 +193,13 @@ def _positive(text: str) -> int:
     value = int(text)
     if value < 1:
         raise argparse.ArgumentTypeError(f"{text} is not positive")
+    return value
+
+
+def _side(text: str) -> int:
+    value = int(text)
+    if not 1 <= value <= MAX_SIDE:
+        raise argparse.ArgumentTypeError(f"{text} is not 1 to {MAX_SIDE} pixels")
     return value
 
 

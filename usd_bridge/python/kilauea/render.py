@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import os
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -112,7 +113,7 @@ def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
         raise KilaueaError(str(error)) from None
     _complete(stats, frame, warnings, options)
     if options.stats_file:
-        Path(options.stats_file).write_text(json.dumps(stats, indent=2) + "\n")
+        _write_stats(stats, Path(options.stats_file))
     return stats
 
 
@@ -141,6 +142,17 @@ def _wait(job: Any, progress: Progress) -> None:
     progress.close()
 
 
+def _write_stats(stats: dict[str, Any], file: Path) -> None:
+    """Write the file whole or not at all."""
+    partial = file.with_name(f".{file.name}.{os.getpid()}.partial")
+    try:
+        partial.write_text(json.dumps(stats, indent=2) + "\n")
+        partial.replace(file)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise KilaueaError(f"cannot write {file}: {error.strerror}") from None
+
+
 def _complete(
     stats: dict[str, Any], frame: Frame, warnings: list[str], options: RenderOptions
 ) -> None:
@@ -153,4 +165,8 @@ def _complete(
     stats["outputs"] = options.outputs
     stats["warnings"] = list(dict.fromkeys((*warnings, *stats.get("warnings", ()))))
     stats["missing"] = frame.missing
+    # One process, which traced no photons.
+    stats.setdefault("photons", {"emitted": 0, "stored": 0})
+    stats.setdefault("workers", [])
+    stats.setdefault("network", {"bytes_sent": 0, "bytes_received": 0, "messages": 0})
     stats["date"] = time.strftime("%Y-%m-%dT%H:%M:%S%z")
