@@ -39,10 +39,13 @@ impl AreaBvh {
     /// Calls `visit` with each light whose box the ray meets.
     #[inline]
     pub(super) fn for_each(&self, ray: &Ray, mut visit: impl FnMut(u32)) {
-        if self.nodes.is_empty() {
+        let Some(root) = self.nodes.first() else {
+            return;
+        };
+        let inv_dir = Vec3A::from(ray.dir).recip();
+        if !meets(&root.bounds, ray, inv_dir) {
             return;
         }
-        let inv_dir = Vec3A::from(ray.dir).recip();
         let mut stack = [0_u32; 64];
         let mut n_stacked = 1;
         while n_stacked > 0 {
