@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 PRESENCE = 1.0
 """The value of `opacityMode` that stands for `presence`; 0 stands for `transparent`."""
+PURE_METAL = 0.999
+"""Above this, `metallic` counts as 1."""
 UNKNOWN_GREY = (0.5, 0.5, 0.5)
 
 
@@ -60,6 +62,8 @@ class Materials:
             self.warnings.append(f"{record['path']}: displacement is not rendered")
         graph.surface(shader)
         material.cycles.emission_sampling = "FRONT_BACK"
+        # Normal maps tilt the shading frame and nothing else, as they do in ours.
+        material.cycles.use_bump_map_correction = False
         return material
 
 
@@ -114,30 +118,62 @@ def opaque(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
     metallic = patterns.number("metallic", 0.0)
     if patterns.number("useSpecularWorkflow", 0.0) != 0.0:
         metallic = 0.0
-    shader = None
-    if metallic != 1.0:
+    if metallic == 0.0:
         shader = plastic(graph, patterns, normal)
-    if metallic != 0.0:
-        metal = coated_metal(graph, patterns, normal)
-        shader = metal if shader is None else graph.mixed(metallic, shader, metal)
+    elif metallic == 1.0:
+        shader = coated_metal(graph, patterns, normal)
+    else:
+        shader = part_metal(graph, patterns, normal, metallic)
+        if isinstance(metallic, bpy.types.NodeSocket):
+            is_pure = graph.math("GREATER_THAN", metallic, PURE_METAL)
+            shader = graph.mixed(is_pure, shader, coated_metal(graph, patterns, normal))
     return with_emission(graph, patterns, shader)
 
 
 def plastic(
     graph: Graph, patterns: Patterns, normal: bpy.types.NodeSocket | None
 ) -> bpy.types.NodeSocket:
-    """Build the dielectric: a diffuse base under a specular interface under a coat."""
-    ior = patterns.number("ior", 1.5)
+    """Build the dielectric: a diffuse base under a specular interface."""
+    colour = patterns.triple("diffuseColor", (0.18, 0.18, 0.18))
+    interface = {"IOR": patterns.number("ior", 1.5)}
+    if patterns.number("useSpecularWorkflow", 0.0) != 0.0:
+        interface = specular_workflow(graph, patterns.triple("specularColor", (0.0, 0.0, 0.0)))
+    return principled(graph, patterns, normal, colour, interface)
+
+
+def part_metal(
+    graph: Graph, patterns: Patterns, normal: bpy.types.NodeSocket | None, metallic: Scalar
+) -> bpy.types.NodeSocket:
+    """Build what is neither metal nor dielectric.
+
+    Its F0 is the specification's, which is not the mean of the two: the colour and the share of
+    light are interpolated each, then multiplied.
+    """
+    colour = patterns.triple("diffuseColor", (0.18, 0.18, 0.18))
+    f0 = dielectric_f0(graph, patterns.number("ior", 1.5))
+    share = graph.math("MULTIPLY_ADD", metallic, graph.math("SUBTRACT", 1.0, f0), f0)
+    less = graph.vector_math("SUBTRACT", colour, (1.0, 1.0, 1.0))
+    tint = graph.vector_math("ADD", graph.vector_math("SCALE", less, metallic), (1.0, 1.0, 1.0))
+    interface = specular_workflow(graph, graph.vector_math("SCALE", tint, share))
+    base = graph.vector_math("SCALE", colour, graph.math("SUBTRACT", 1.0, metallic))
+    return principled(graph, patterns, normal, base, interface)
+
+
+def principled(
+    graph: Graph,
+    patterns: Patterns,
+    normal: bpy.types.NodeSocket | None,
+    base: Triple,
+    interface: dict[str, Any],
+) -> bpy.types.NodeSocket:
+    """Build a diffuse base under a specular interface under a coat."""
     inputs: dict[str, Any] = {
-        "Base_Color": patterns.triple("diffuseColor", (0.18, 0.18, 0.18)),
+        "Base_Color": base,
         "Roughness": patterns.number("roughness", 0.5),
-        "IOR": ior,
         "Coat_Weight": patterns.number("clearcoat", 0.0),
         "Coat_Roughness": patterns.number("clearcoatRoughness", 0.01),
-        "Coat_IOR": ior,
-    }
-    if patterns.number("useSpecularWorkflow", 0.0) != 0.0:
-        inputs |= specular_workflow(graph, patterns.triple("specularColor", (0.0, 0.0, 0.0)))
+        "Coat_IOR": patterns.number("ior", 1.5),
+    } | interface
     if normal is not None:
         inputs |= {"Normal": normal, "Coat_Normal": normal}
     node = graph.node("ShaderNodeBsdfPrincipled", **inputs)
@@ -171,6 +207,12 @@ def glossy(
     if normal is not None:
         graph.put(node.inputs["Normal"], normal)
     return node.outputs[0]
+
+
+def dielectric_f0(graph: Graph, ior: Scalar) -> Scalar:
+    """Return the reflectance of a smooth boundary at normal incidence."""
+    root = graph.math("DIVIDE", graph.math("SUBTRACT", 1.0, ior), graph.math("ADD", 1.0, ior))
+    return graph.math("MULTIPLY", root, root)
 
 
 def specular_workflow(graph: Graph, specular: Triple) -> dict[str, Any]:

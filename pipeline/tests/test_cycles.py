@@ -473,3 +473,22 @@ def test_metal_mirrors_the_sun(tmp_path: Path, angle: float) -> None:
     writer.record["lights"] = [light(sun, toward_sun, visible_to_camera=False)]
     writer.record["camera"] = camera(view, screen_window=[-1e-4, -1e-4, 1e-4, 1e-4])
     check(render(writer.write()), gold)
+
+
+@pytest.mark.parametrize("textured_metallic", [False, True])
+def test_part_metals_reflect_as_specified(tmp_path: Path, *, textured_metallic: bool) -> None:
+    """Seen straight on, half a metal has the product of two interpolations, not a mean of two."""
+    writer = SceneWriter(tmp_path)
+    gold = [0.9, 0.6, 0.3]
+    surface = {"diffuseColor": gold, "metallic": 0.5, "roughness": 0.0, "ior": 1.5}
+    material = constant_material("UsdPreviewSurface", **surface)
+    if textured_metallic:
+        half = {"type": "primvar", "name": "half", "fallback": [0.5, 0.0, 0.0, 1.0]}
+        material["nodes"][material["inputs"]["metallic"]["node"]] = half
+    writer.record["materials"] = [material]
+    writer.floor()
+    sun = {"type": "distant", "angle_degrees": 0.5}
+    writer.record["lights"] = [light(sun, pointing_down(), visible_to_camera=False)]
+    writer.record["camera"] = camera(look_down(), screen_window=[-1e-4, -1e-4, 1e-4, 1e-4])
+    share = 0.5 * 0.04 + 0.5 * 1.0
+    check(render(writer.write()), [share * (0.5 + 0.5 * channel) for channel in gold])
