@@ -43,6 +43,16 @@ impl Surface<'_> {
     /// The value of a primvar here; none where the surface has no such primvar.
     #[inline]
     pub fn primvar(&self, slot: u32) -> Option<Channels> {
+        // What does not vary over the triangle needs no interpolation.
+        match *self.primvars.get(slot as usize)? {
+            PrimvarSlot::Chunk(idx) => {
+                let attribute = self.chunk.attributes.get(idx as usize)?;
+                if attribute.interpolation == Interpolation::Constant {
+                    return value(&attribute.data, attribute.width, 0);
+                }
+            }
+            PrimvarSlot::Missing | PrimvarSlot::Instance(_) => {}
+        }
         let [a, b, c] = self.primvar_at_corners(slot)?;
         Some(self.interpolate(a, b, c))
     }
