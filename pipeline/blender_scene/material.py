@@ -62,8 +62,9 @@ class Materials:
             self.warnings.append(f"{record['path']}: displacement is not rendered")
         graph.surface(shader)
         material.cycles.emission_sampling = "FRONT_BACK"
-        # Normal maps tilt the shading frame and nothing else, as they do in ours.
-        material.cycles.use_bump_map_correction = False
+        # Off, normal maps tilt the shading frame and nothing else, as in ours; but then what a
+        # mirror would reflect from below the surface is black, which ours lifts above it.
+        material.cycles.use_bump_map_correction = patterns.number("metallic", 0.0) != 0.0
         return material
 
 

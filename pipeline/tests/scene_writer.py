@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 IDENTITY = np.eye(4)
+ELEMENTS = ("u1", "<f2", "<f4")
+"""NumPy types by the tile header's element type."""
 
 
 def column_major(matrix: np.ndarray) -> list[float]:
@@ -133,20 +135,21 @@ class SceneWriter:
         }
         self.record["prototypes"][prototype]["chunks"].append(record)
 
-    def texture(self, *tiles: tuple[int, np.ndarray]) -> int:
-        """Write images of (height, width, 3) floats, lowest row first; (0, image) for a plain one.
+    def texture(
+        self, *tiles: tuple[int, np.ndarray], element: str = "<f4", transfer: int = 0
+    ) -> int:
+        """Write images of (height, width, 3), lowest row first; (0, image) for a plain one.
 
-        They must be smaller than a tile.
+        They must be smaller than a tile. A transfer of 1 is sRGB.
         """
         files = []
         for udim, image in tiles:
             height, width, channels = image.shape
-            header = struct.pack(
-                "<8s10I", b"KLTILES\0", 1, width, height, channels, 2, *[0] * 3, 1, 0
-            )
+            fixed = [1, width, height, channels, ELEMENTS.index(element), transfer, 0, 0, 1, 0]
+            header = struct.pack("<8s10I", b"KLTILES\0", *fixed)
             name = self.folder / f"{len(self.record['textures'])}.{udim}.tiles"
             level = struct.pack("<2IQ", width, height, 64)
-            name.write_bytes(header + level + image.astype("<f4").tobytes())
+            name.write_bytes(header + level + image.astype(element).tobytes())
             files.append({"udim": udim, "tiles": str(name)})
         self.record["textures"].append({"path": "image.exr", "files": files})
         return len(self.record["textures"]) - 1

@@ -492,3 +492,12 @@ def test_part_metals_reflect_as_specified(tmp_path: Path, *, textured_metallic: 
     writer.record["camera"] = camera(look_down(), screen_window=[-1e-4, -1e-4, 1e-4, 1e-4])
     share = 0.5 * 0.04 + 0.5 * 1.0
     check(render(writer.write()), [share * (0.5 + 0.5 * channel) for channel in gold])
+
+
+def test_encoded_texels_are_decoded_before_interpolation(tmp_path: Path) -> None:
+    """Between black and white there is one half of the light."""
+    writer = SceneWriter(tmp_path)
+    ends = np.repeat(np.float32([[[0.0], [255.0]]]), 3, axis=2)
+    textured(writer, writer.texture((0, ends), element="u1", transfer=1))
+    image = render(writer.write(), "--samples", "64")
+    np.testing.assert_allclose(image[:, 15:17].mean(), 0.5, rtol=1e-2)
