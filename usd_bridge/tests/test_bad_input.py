@@ -155,7 +155,6 @@ def test_what_is_missing_is_an_error_under_strict(run, write_stage, name):
     assert name in run(write_stage(SOUND + MISSING[name]), "--strict", code=4)
 
 
-@pytest.mark.xfail(strict=True, reason="bindings to nothing are not noticed yet")
 def test_binding_to_nothing(run, write_stage):
     body = """def Sphere "B" (prepend apiSchemas = ["MaterialBindingAPI"]) {
         rel material:binding = </Gone> }"""

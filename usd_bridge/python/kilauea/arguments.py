@@ -109,7 +109,7 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("--make-output-path", action="store_true", help="create missing folders")
     add("--fps", type=float, help="frames per second, for the header")
     add("-p", "--pixel-samples", type=_positive, metavar="SAMPLES", help="samples per pixel")
-    add("--timelimit", type=float, metavar="SECONDS", help="for the whole command")
+    add("--timelimit", type=_seconds, metavar="SECONDS", help="for the whole command")
     add("--noise", type=float, metavar="THRESHOLD", help="stop where the image is this clean")
     add("--seed", type=int)
     add("--integrator", choices=("kilauea", "path"))
@@ -187,6 +187,13 @@ def _from_environment(action: argparse.Action, value: str) -> Any:
     if action.choices is not None and any(v not in action.choices for v in values):
         raise UsageError(f"{ENVIRONMENT_PREFIX}{action.dest.upper()}={value!r} is not a choice")
     return values if action.nargs is not None else convert(value)
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a time in seconds")
+    return value
 
 
 def _positive(text: str) -> int:

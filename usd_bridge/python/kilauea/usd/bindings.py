@@ -19,6 +19,11 @@ class Bindings:
         self._canonical: dict[Sdf.Path, UsdShade.Material] = {}
         self._keys: dict[Sdf.Path, tuple[Hashable, ...]] = {}
         self._collections: dict[Sdf.Path, bool] = {}
+        self._dangling: dict[Sdf.Path, str | None] = {}
+
+    def dangling(self) -> list[str]:
+        """Return a line for each binding found so far whose material does not exist."""
+        return [line for line in self._dangling.values() if line]
 
     def resolve(self, prim: Usd.Prim) -> UsdShade.Material | None:
         """Return the material of a prim or GeomSubset; the same object wherever shared."""
@@ -26,6 +31,7 @@ class Bindings:
             return None
         bound, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial(self._purpose)
         if not bound:
+            self._find_dangling(prim)
             return None
         return self._canonical.setdefault(_shared_path(bound.GetPrim()), bound)
 
@@ -62,6 +68,19 @@ class Bindings:
                 strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(relationship)
                 key += [purpose, _shared_path(bound.GetPrim()), strength]
         return tuple(key)
+
+    def _find_dangling(self, prim: Usd.Prim) -> None:
+        """Look at the bindings of an unbound prim and its ancestors, each prim once."""
+        while prim and not prim.IsPseudoRoot() and prim.GetPath() not in self._dangling:
+            path = prim.GetPath()
+            self._dangling[path] = None
+            for relationship in prim.GetAuthoredPropertiesInNamespace(_NAMESPACE):
+                direct = UsdShade.MaterialBindingAPI.DirectBinding(relationship)
+                target = direct.GetMaterialPath()
+                if not target.isEmpty and not direct.GetMaterial():
+                    name = relationship.GetName()
+                    self._dangling[path] = f"{path}: {name}: there is no material {target}"
+            prim = prim.GetParent()
 
     def _has_collections(self, prim: Usd.Prim) -> bool:
         if prim.IsPseudoRoot():

@@ -110,6 +110,7 @@ class SourceStage:
         instancing.LightPlacement(cx).place(payload.WORLD, Gf.Matrix4d(1))
         cx.lights.finish()
         textures.finish()
+        frame.missing += cx.bindings.dangling()
 
         camera = cameras.choose(stage, spec, cx.cameras)
         if options.image_width:
