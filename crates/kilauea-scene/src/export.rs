@@ -43,7 +43,10 @@ impl Scene {
             "camera": self.camera,
             "settings": settings,
         });
-        fs::write(folder.join("scene.json"), serde_json::to_vec_pretty(&scene)?)
+        fs::write(
+            folder.join("scene.json"),
+            serde_json::to_vec_pretty(&scene)?,
+        )
     }
 }
 
