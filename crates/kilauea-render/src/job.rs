@@ -272,6 +272,7 @@ impl Frame {
             lights: &prepared.lights,
             textures: &prepared.textures,
             max_depth: self.settings.max_depth,
+            samples_per_pixel: self.settings.samples_per_pixel,
             needs: self.needs,
         };
         let exposure = prepared.scene.camera.exposure_scale;

@@ -25,6 +25,8 @@ pub(crate) struct PathIntegrator<'a> {
     pub textures: &'a TextureStore,
     /// Scattering events after the camera; 0 is emission alone.
     pub max_depth: u32,
+    /// Samples that a pixel is to get.
+    pub samples_per_pixel: u32,
     /// What the scene uses; the rest is skipped.
     pub needs: SceneNeeds,
 }
@@ -40,7 +42,7 @@ pub struct RayCounts {
     pub indirect: u64,
 }
 
-/// Width of the bundle that a ray stands for: a pixel's, spread by rough bounces.
+/// Width of the bundle that a ray stands for: a sample's share of a pixel, spread by rough bounces.
 #[derive(Clone, Copy)]
 struct RayCone {
     width: f32,
@@ -73,6 +75,8 @@ struct Departure {
 const MIN_ROULETTE_DEPTH: u32 = 3;
 /// Shadow rays end this much before the light.
 const SHADOW_T_MAX: f32 = 1.0 - 1e-4;
+/// Least width of a camera ray's bundle, in pixels.
+const MIN_PIXEL_FOOTPRINT: f32 = 0.125;
 /// Spread in radians of the bundle behind a fully rough bounce. Textures seen that way may be
 /// blurred without harm, and then fewer of their tiles are read.
 const ROUGH_SPREAD: f32 = 0.1;
@@ -91,10 +95,7 @@ impl PathIntegrator<'_> {
     ) -> PixelSample {
         let mut out = PixelSample::default();
         let mut ray = camera_ray.ray;
-        let mut cone = RayCone {
-            width: camera.pixel_width(0.0),
-            spread: camera.pixel_width(1.0) - camera.pixel_width(0.0),
-        };
+        let mut cone = RayCone::of_camera_ray(camera, self.samples_per_pixel);
         let mut departure: Option<Departure> = None;
         let mut throughput = Throughput::start();
         let mut eta_scale = 1.0;
@@ -339,6 +340,19 @@ impl PathIntegrator<'_> {
     }
 }
 
+impl RayCone {
+    /// As wide as camera rays are apart (PBR 4ed., 10.1.1): the pixel's filter is in their
+    /// positions, and a wider bundle would blur textures, and flatten normal maps, once more.
+    fn of_camera_ray(camera: &RayGenerator, samples_per_pixel: u32) -> Self {
+        let pixels = (samples_per_pixel as f32).sqrt().recip();
+        let pixels = pixels.max(MIN_PIXEL_FOOTPRINT);
+        Self {
+            width: pixels * camera.pixel_width(0.0),
+            spread: pixels * (camera.pixel_width(1.0) - camera.pixel_width(0.0)),
+        }
+    }
+}
+
 impl Throughput {
     fn start() -> Self {
         Self {
@@ -442,4 +456,30 @@ fn power_heuristic(pdf: f32, other_pdf: f32) -> f32 {
     // The ratio first: squares of large densities overflow.
     let ratio = other_pdf / pdf;
     1.0 / (1.0 + ratio * ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kilauea_math::{DMat4, DVec3};
+    use kilauea_scene::{Camera, Projection};
+
+    #[test]
+    fn camera_rays_are_as_wide_as_their_share_of_a_pixel() {
+        let camera = Camera {
+            path: "/cam".into(),
+            world_from_camera: DMat4::IDENTITY,
+            projection: Projection::Perspective,
+            screen_window: [-0.5, -0.5, 0.5, 0.5],
+            lens_radius: 0.0,
+            focus_distance: 0.0,
+            clipping_range: [0.1, 100.0],
+            exposure_scale: 1.0,
+        };
+        let camera = RayGenerator::new(&camera, [100, 100], DVec3::ZERO);
+        let width = |samples| RayCone::of_camera_ray(&camera, samples).spread * 100.0;
+        for (samples, expected) in [(1, 1.0), (16, 0.25), (10_000, 0.125)] {
+            assert!((width(samples) - expected).abs() < 1e-5, "{samples}");
+        }
+    }
 }
