@@ -208,6 +208,7 @@ mod tests {
             frames_per_second: Some(23.976),
             capture_time: Some(SystemTime::UNIX_EPOCH),
             render_time: Some(Duration::from_millis(1500)),
+            packing: Packing::Small,
             half_radiance: false,
             attributes: BTreeMap::from([
                 ("kilauea/stats".into(), r#"{"n":1}"#.into()),

@@ -12,7 +12,8 @@ from typing import Any
 
 import OpenImageIO as oiio
 
-from kilauea import cli, interrupt
+from kilauea import interrupt, request
+from kilauea.arguments import subdivision_level
 from kilauea.clock import process_age
 from kilauea.environments import CYCLES, checked, pipeline_script
 from kilauea.errors import KilaueaError, UsageError
@@ -22,23 +23,23 @@ from kilauea.render import DEFAULTS, MAX_CHUNK_TRIANGLES, RenderOptions, native,
 
 def main(args: argparse.Namespace) -> int:
     """Run the command and return its exit code."""
-    engine_settings = cli._engine_settings(args)
-    max_level = cli.subdivision_level(args.complexity)
-    verbosity, _ = cli._verbosity(args.verbose)
+    engine_settings = request.engine_settings(args)
+    max_level = subdivision_level(args.complexity)
+    verbosity, _ = request.verbosity(args.verbose)
     started = time.monotonic()
-    stage = cli._open_stage(args)
-    frames = cli._frames(args, stage.start_time)
-    outputs, stats_files = cli._output_files(args, stage, frames)
+    stage = request.open_stage(args)
+    frames = request.frames(args, stage.start_time)
+    outputs, stats_files = request.output_files(args, stage, frames)
     refuse_other_formats(outputs)
     for frame_time, files, stats_file in zip(frames, outputs, stats_files, strict=True):
-        options = dataclasses.replace(cli._flatten_options(args), time=frame_time)
+        options = dataclasses.replace(request.flatten_options(args), time=frame_time)
         frame = interrupt.run(lambda options=options: stage.flatten(options))
         load_secs = time.monotonic() - started
-        cli._report(frame, args.strict, verbosity)
+        request.report(frame, args.strict, verbosity)
         render_options = RenderOptions(files, engine_settings, max_level, args.timelimit)
         stats = render_frame(frame, render_options)
         stats["times"] |= {"load": load_secs, "total": process_age()}
-        cli._print_warnings(stats["warnings"], verbosity)
+        request.print_warnings(stats["warnings"], verbosity)
         if stats_file:
             Path(stats_file).write_text(json.dumps(stats, indent=2) + "\n")
         if verbosity >= 1:
