@@ -71,8 +71,11 @@ pub(crate) struct Leaf4 {
     pub(crate) triangle: [u32; 4],
     /// Placement, for triangles baked into engine space; otherwise zero.
     pub(crate) instance: [u32; 4],
+    /// Bound on the error of a kernel's unnormalised distance to any of the triangles: `[0]` times
+    /// the distance of the first corner along the ray, plus `[1]`.
+    pub(crate) error: [f32; 2],
     /// Rounds the block up to three cache lines.
-    pub(crate) unused: [u32; 4],
+    pub(crate) unused: [u32; 2],
 }
 
 impl Leaf4 {
@@ -80,7 +83,8 @@ impl Leaf4 {
         v: [[[f32::NAN; 4]; 3]; 3],
         triangle: [u32::MAX; 4],
         instance: [0; 4],
-        unused: [0; 4],
+        error: [0.0; 2],
+        unused: [0; 2],
     };
 
     /// The hit of a lane, for the tree of `id_base`.

@@ -3,8 +3,8 @@
 mod shapes;
 
 use kilauea_accel::{Hit, Ray};
-use kilauea_math::{DVec3, Vec3};
-use shapes::{Builds, Mesh, Random, grid, soup};
+use kilauea_math::{DAffine3, DVec3, Vec3};
+use shapes::{Builds, Mesh, Random, grid, placed, soup};
 
 /// Distance and least barycentric weight where the ray's line meets the triangle's plane.
 fn meet(ray: &Ray, corners: [Vec3; 3]) -> (f64, f64) {
@@ -134,6 +134,45 @@ fn equal_distances_go_to_the_lowest_triangle() {
                 assert_eq!((hit.t, Some(hit.triangle)), (0.5, lowest), "{p}");
             }
         }
+    }
+}
+
+/// The vector kernels drop hits that are certainly out of range before the others look; at the
+/// very ends of the range all must still agree.
+#[test]
+fn ranges_that_end_on_surfaces() {
+    for scale in [1e-12, 1e-3, 1.0, 1e6] {
+        let mut mesh = soup(150, 0.7, 2);
+        for triangle in 0..150 {
+            let [a, b, c] = mesh.corners(triangle);
+            mesh.add([a, b, 0.5 * (a + b) + 1e-3 * (c - a)]);
+        }
+        for x in mesh.positions.iter_mut().flatten() {
+            *x *= scale;
+        }
+        let far = DAffine3::from_translation(DVec3::splat(3e3 * f64::from(scale)));
+        let twice = [DAffine3::IDENTITY, far].map(|transform| placed(0, transform));
+        let several = [Builds::of(&mesh), Builds::new(&[mesh.geometry()], &twice)];
+        let mut random = Random(4);
+        let mut n_on_surface = 0;
+        for _ in 0..1500 {
+            let ray = Ray::new(2.0 * scale * random.point(), random.point());
+            for builds in &several {
+                let Some(hit) = builds.intersect(&ray) else {
+                    continue;
+                };
+                let up_to = |t_max| builds.intersect(&Ray { t_max, ..ray });
+                assert_eq!(up_to(hit.t), Some(hit));
+                assert_eq!(up_to(hit.t.next_down()), None);
+                let from = |t_min| builds.intersect(&Ray { t_min, ..ray });
+                assert_eq!(from(hit.t.next_down()), Some(hit));
+                assert_ne!(from(hit.t), Some(hit));
+                let nudge = 1e-6 * scale * random.point();
+                let on_surface = Ray::new(ray.at(hit.t) + nudge, random.point());
+                n_on_surface += usize::from(builds.intersect(&on_surface).is_some());
+            }
+        }
+        assert!(n_on_surface > 100, "{n_on_surface}");
     }
 }
 

@@ -19,6 +19,11 @@ impl SoupTriangle {
         Aabb::from_points(&self.v.map(Vec3A::from_array))
     }
 
+    pub(crate) fn longest_edge(&self) -> f32 {
+        let [a, b, c] = self.v.map(Vec3A::from_array);
+        a.distance(b).max(b.distance(c)).max(c.distance(a))
+    }
+
     /// In range, and not so thin that its area is zero.
     fn is_valid(&self) -> bool {
         let in_range = self.v.iter().flatten().all(|x| x.abs() <= MAX_COORDINATE);

@@ -1,4 +1,4 @@
-use super::stack::Stack;
+use super::stack::Storage;
 use super::tree_ray::TreeRay;
 use crate::node::{Leaf4, Node8};
 
@@ -13,8 +13,8 @@ pub(crate) trait Kernel: Copy {
     type NodeRay: Copy;
     /// The ray spread over four lanes.
     type LeafRay: Copy;
-    /// Nodes still to visit.
-    type Stack: Stack;
+    /// What the stack is kept in.
+    type Storage: Storage;
 
     /// Spreads what the box test reads.
     fn node_ray(self, ray: &TreeRay) -> Self::NodeRay;
@@ -27,8 +27,9 @@ pub(crate) trait Kernel: Copy {
     fn slabs(self, ray: &Self::NodeRay, limit: f32, node: &Node8) -> (u32, Entries);
 
     /// The lanes whose triangles the line may pass through, by the signs of the watertight edge
-    /// functions; [`super::triangle::intersect`] decides.
-    fn inside(self, ray: &Self::LeafRay, leaf: &Leaf4) -> u32;
+    /// functions, less those that it certainly meets outside the range that ends at `limit`;
+    /// [`super::triangle::intersect`] decides.
+    fn candidates(self, ray: &Self::LeafRay, limit: f32, leaf: &Leaf4) -> u32;
 
     /// The item that a link of the tree names.
     fn item<T>(self, items: &[T], link: u32) -> &T;

@@ -1,10 +1,10 @@
 //! Kernels in plain Rust: the reference that the others equal bit for bit.
 
 use super::kernel::{Entries, Kernel};
-use super::stack::CheckedStack;
+use super::stack::Entry;
 use super::tree_ray::TreeRay;
 use super::two_level::{self, Scene};
-use crate::node::{Leaf4, Node8};
+use crate::node::{Leaf4, Node8, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
 
 /// The kernels that every processor has.
@@ -34,7 +34,7 @@ impl Portable {
 impl Kernel for Portable {
     type NodeRay = TreeRay;
     type LeafRay = TreeRay;
-    type Stack = CheckedStack;
+    type Storage = [Entry; STACK_CAPACITY];
 
     fn node_ray(self, ray: &TreeRay) -> TreeRay {
         *ray
@@ -63,7 +63,7 @@ impl Kernel for Portable {
         (hit, Entries(near))
     }
 
-    fn inside(self, ray: &TreeRay, leaf: &Leaf4) -> u32 {
+    fn candidates(self, ray: &TreeRay, _limit: f32, leaf: &Leaf4) -> u32 {
         let [kx, ky, kz] = ray.axes;
         let mut mask = 0;
         for lane in 0..4 {

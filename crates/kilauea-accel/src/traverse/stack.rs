@@ -19,43 +19,81 @@ pub(crate) fn distance(entry: Entry) -> f32 {
     f32::from_bits((entry >> 32) as u32)
 }
 
-/// A stack of at most [`STACK_CAPACITY`] entries; builds see to it that no walk needs more.
-pub(crate) trait Stack {
+/// Room for [`STACK_CAPACITY`] entries; builds see to it that no walk needs more.
+pub(crate) trait Storage {
     fn new() -> Self;
-    fn push(&mut self, entry: Entry);
-    fn pop(&mut self) -> Option<Entry>;
-    /// The last `n` entries.
-    fn top(&mut self, n: usize) -> &mut [Entry];
+    /// Writes an entry below the capacity.
+    fn write(&mut self, index: usize, entry: Entry);
+    /// Reads an entry that was written.
+    fn read(&self, index: usize) -> Entry;
 }
 
-/// A stack without unsafe code.
-pub(crate) struct CheckedStack {
-    entries: [Entry; STACK_CAPACITY],
+/// Nodes still to visit. Its length is apart from the storage, so that it can stay in a register.
+pub(crate) struct Stack<'a, S> {
+    storage: &'a mut S,
     len: usize,
 }
 
-impl Stack for CheckedStack {
-    fn new() -> Self {
-        Self {
-            entries: [0; STACK_CAPACITY],
-            len: 0,
-        }
+impl<'a, S: Storage> Stack<'a, S> {
+    #[inline(always)]
+    pub(crate) fn new(storage: &'a mut S) -> Self {
+        Self { storage, len: 0 }
     }
 
     #[inline(always)]
-    fn push(&mut self, entry: Entry) {
-        self.entries[self.len] = entry;
+    pub(crate) fn push(&mut self, entry: Entry) {
+        self.storage.write(self.len, entry);
         self.len += 1;
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<Entry> {
-        self.len = self.len.checked_sub(1)?;
-        Some(self.entries[self.len])
+    pub(crate) fn pop(&mut self) -> Option<Entry> {
+        if self.len == 0 {
+            return None;
+        }
+        self.len -= 1;
+        Some(self.storage.read(self.len))
+    }
+
+    /// Pops an entry no further than `limit` and drops those above it.
+    #[inline(always)]
+    pub(crate) fn pop_within(&mut self, limit: f32) -> Option<Entry> {
+        loop {
+            let next = self.pop()?;
+            if distance(next) <= limit {
+                return Some(next);
+            }
+        }
+    }
+
+    /// Puts the last `n` entries in order, the nearest last (insertion sort: they are few).
+    #[inline(always)]
+    pub(crate) fn sort_top(&mut self, n: usize) {
+        let first = self.len - n;
+        for sorted in first + 1..self.len {
+            let new = self.storage.read(sorted);
+            let mut i = sorted;
+            while i > first && self.storage.read(i - 1) < new {
+                self.storage.write(i, self.storage.read(i - 1));
+                i -= 1;
+            }
+            self.storage.write(i, new);
+        }
+    }
+}
+
+impl Storage for [Entry; STACK_CAPACITY] {
+    fn new() -> Self {
+        [0; STACK_CAPACITY]
     }
 
     #[inline(always)]
-    fn top(&mut self, n: usize) -> &mut [Entry] {
-        &mut self.entries[self.len - n..self.len]
+    fn write(&mut self, index: usize, entry: Entry) {
+        self[index] = entry;
+    }
+
+    #[inline(always)]
+    fn read(&self, index: usize) -> Entry {
+        self[index]
     }
 }

@@ -25,6 +25,9 @@ pub(crate) struct TreeRay {
     pub(crate) t_min: f32,
     /// How far the origin was moved.
     pub(crate) t_start: f32,
+    /// Bound on the coordinates by which the rounding of the moved origin is judged; zero where
+    /// the origin was not rounded.
+    pub(crate) rounded_size: f32,
     /// Origin, not moved.
     pub(crate) origin_f64: [f64; 3],
     /// Direction.
@@ -36,7 +39,7 @@ impl TreeRay {
     #[inline(always)]
     pub(crate) fn world(ray: &Ray) -> Self {
         let ends = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
-        Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0)
+        Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0, 0.0)
     }
 
     /// A ray from `origin` along `dir` from `t_min` on, moved by `t_start <= t_min`.
@@ -44,7 +47,8 @@ impl TreeRay {
     pub(crate) fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f32) -> Self {
         let moved = (origin + dir * f64::from(t_start)).as_vec3();
         let t_min = (t_min - t_start) * (1.0 - f32::EPSILON);
-        Self::with_rounded(moved, dir.as_vec3(), (origin, dir), t_min, t_start)
+        let size = moved.abs().max_element();
+        Self::with_rounded(moved, dir.as_vec3(), (origin, dir), t_min, t_start, size)
     }
 
     #[inline(always)]
@@ -54,6 +58,7 @@ impl TreeRay {
         (origin, dir): (DVec3, DVec3),
         t_min: f32,
         t_start: f32,
+        rounded_size: f32,
     ) -> Self {
         const ULP: f32 = f32::EPSILON;
         let size = d.abs();
@@ -83,6 +88,7 @@ impl TreeRay {
             ],
             t_min: t_min.max(0.0),
             t_start,
+            rounded_size,
             origin_f64: origin.to_array(),
             dir_f64: dir.to_array(),
         }

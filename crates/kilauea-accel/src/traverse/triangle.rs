@@ -2,7 +2,7 @@ use super::tree_ray::TreeRay;
 use crate::node::Leaf4;
 
 /// Distance and weights of the second and third vertex where the ray's line meets the triangle in
-/// `lane`, one that [`super::kernel::Kernel::inside`] named; `None` if the line passes by or lies
+/// `lane`, one that [`super::kernel::Kernel::candidates`] named; `None` if the line passes by or lies
 /// in the plane.
 ///
 /// Woop et al. 2013: the vertices are sheared into the plane across the ray in `f32`, alike for

@@ -163,7 +163,7 @@ impl<K: Kernel, F: FnMut(&Hit) -> bool, const ANY: bool> Visitor for TreeLeaves<
     #[inline(always)]
     fn visit(&mut self, leaf: u32, _t_entry: f32) -> bool {
         let leaf = self.kernel.item(&self.tree.leaves, leaf);
-        let mut candidates = self.kernel.inside(&self.leaf_ray, leaf);
+        let mut candidates = self.kernel.candidates(&self.leaf_ray, self.limit, leaf);
         while candidates != 0 {
             let lane = (candidates.trailing_zeros() & 3) as usize;
             candidates &= candidates - 1;

@@ -1,7 +1,7 @@
 //! Orders of visit through one tree.
 
 use super::kernel::{Entries, Kernel};
-use super::stack::{Entry, Stack, distance, entry, link};
+use super::stack::{Entry, Stack, Storage, distance, entry, link};
 use crate::node::{LEAF, Node8};
 
 /// What a walk does at the leaves.
@@ -22,7 +22,8 @@ pub(crate) fn near_first<K: Kernel>(
     ray: &K::NodeRay,
     visitor: &mut impl Visitor,
 ) {
-    let mut stack = K::Stack::new();
+    let mut storage = K::Storage::new();
+    let mut stack = Stack::new(&mut storage);
     let mut current = 0;
     let mut t_entry = 0.0;
     loop {
@@ -38,7 +39,7 @@ pub(crate) fn near_first<K: Kernel>(
                 mask,
             };
             let Some(nearest) = descend(children, &mut stack) else {
-                let Some(next) = pop_within(&mut stack, visitor.limit()) else {
+                let Some(next) = stack.pop_within(visitor.limit()) else {
                     return;
                 };
                 (current, t_entry) = (link(next), distance(next));
@@ -49,7 +50,7 @@ pub(crate) fn near_first<K: Kernel>(
         if visitor.visit(current & !LEAF, t_entry) {
             return;
         }
-        let Some(next) = pop_within(&mut stack, visitor.limit()) else {
+        let Some(next) = stack.pop_within(visitor.limit()) else {
             return;
         };
         (current, t_entry) = (link(next), distance(next));
@@ -96,7 +97,7 @@ impl<K: Kernel, V: Visitor> Children<'_, K, V> {
 #[inline(always)]
 fn descend<K: Kernel>(
     mut children: Children<'_, K, impl Visitor>,
-    stack: &mut impl Stack,
+    stack: &mut Stack<'_, K::Storage>,
 ) -> Option<Entry> {
     if children.mask == 0 {
         return None;
@@ -138,37 +139,13 @@ fn descend<K: Kernel>(
         stack.push(children.fetch());
         n += 1;
     }
-    far_to_near(stack.top(n));
+    stack.sort_top(n);
     stack.pop()
 }
 
 #[inline(always)]
 fn in_order(a: Entry, b: Entry) -> (Entry, Entry) {
     (a.min(b), a.max(b))
-}
-
-/// Insertion sort: a handful of entries.
-#[inline(always)]
-fn far_to_near(entries: &mut [Entry]) {
-    for sorted in 1..entries.len() {
-        let new = entries[sorted];
-        let mut i = sorted;
-        while i > 0 && entries[i - 1] < new {
-            entries[i] = entries[i - 1];
-            i -= 1;
-        }
-        entries[i] = new;
-    }
-}
-
-#[inline(always)]
-fn pop_within(stack: &mut impl Stack, limit: f32) -> Option<Entry> {
-    loop {
-        let next = stack.pop()?;
-        if distance(next) <= limit {
-            return Some(next);
-        }
-    }
 }
 
 /// Visits the leaves that the ray passes in no order, until one ends the walk.
@@ -179,7 +156,8 @@ pub(crate) fn any_order<K: Kernel>(
     ray: &K::NodeRay,
     visitor: &mut impl Visitor,
 ) -> bool {
-    let mut stack = K::Stack::new();
+    let mut storage = K::Storage::new();
+    let mut stack = Stack::new(&mut storage);
     let mut current = entry(0, 0.0);
     loop {
         while link(current) & LEAF == 0 {

@@ -1,8 +1,9 @@
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::{
-    __m128, __m256, _CMP_GE_OQ, _CMP_LE_OQ, _MM_HINT_T0, _mm_cmp_ps, _mm_load_ps, _mm_max_ps,
-    _mm_min_ps, _mm_movemask_ps, _mm_mul_ps, _mm_or_ps, _mm_prefetch, _mm_set1_ps, _mm_setzero_ps,
-    _mm_sub_ps, _mm256_cmp_ps, _mm256_load_ps, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps,
+    __m128, __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_add_ps,
+    _mm_and_ps, _mm_andnot_ps, _mm_cmp_ps, _mm_fmadd_ps, _mm_load_ps, _mm_max_ps, _mm_min_ps,
+    _mm_movemask_ps, _mm_mul_ps, _mm_or_ps, _mm_prefetch, _mm_set1_ps, _mm_setzero_ps, _mm_sub_ps,
+    _mm_xor_ps, _mm256_cmp_ps, _mm256_load_ps, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps,
     _mm256_mul_ps, _mm256_set1_ps, _mm256_store_ps, _mm256_sub_ps,
 };
 use std::mem::MaybeUninit;
@@ -10,7 +11,7 @@ use std::mem::MaybeUninit;
 use crate::node::{Leaf4, Node8, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
 use crate::traverse::kernel::{Entries, Kernel};
-use crate::traverse::stack::{Entry, Stack};
+use crate::traverse::stack::{Entry, Storage};
 use crate::traverse::tree_ray::TreeRay;
 use crate::traverse::two_level::{self, Scene};
 
@@ -79,12 +80,16 @@ pub(crate) struct LeafRay {
     origin: [__m128; 3],
     shear: [__m128; 2],
     axes: [usize; 3],
+    /// Largest component of the direction.
+    dir_largest: __m128,
+    t_min: __m128,
+    rounded_size: __m128,
 }
 
 impl Kernel for Avx2 {
     type NodeRay = NodeRay;
     type LeafRay = LeafRay;
-    type Stack = UncheckedStack;
+    type Storage = Unchecked;
 
     #[inline(always)]
     fn node_ray(self, ray: &TreeRay) -> NodeRay {
@@ -113,6 +118,9 @@ impl Kernel for Avx2 {
                 ],
                 shear: [_mm_set1_ps(ray.shear[0]), _mm_set1_ps(ray.shear[1])],
                 axes: ray.axes,
+                dir_largest: _mm_set1_ps(ray.dir_f64[kz] as f32),
+                t_min: _mm_set1_ps(ray.t_min),
+                rounded_size: _mm_set1_ps(ray.rounded_size),
             }
         }
     }
@@ -144,12 +152,12 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn inside(self, ray: &LeafRay, leaf: &Leaf4) -> u32 {
+    fn candidates(self, ray: &LeafRay, limit: f32, leaf: &Leaf4) -> u32 {
         // SAFETY: `self` proves the features.
         unsafe {
-            let (ax, ay) = shear(ray, leaf, 0);
-            let (bx, by) = shear(ray, leaf, 1);
-            let (cx, cy) = shear(ray, leaf, 2);
+            let (ax, ay, az) = shear(ray, leaf, 0);
+            let (bx, by, bz) = shear(ray, leaf, 1);
+            let (cx, cy, cz) = shear(ray, leaf, 2);
             let u = cross(cx, cy, bx, by);
             let v = cross(ax, ay, cx, cy);
             let w = cross(bx, by, ax, ay);
@@ -160,7 +168,26 @@ impl Kernel for Avx2 {
                 _mm_cmp_ps::<_CMP_GE_OQ>(low, zero),
                 _mm_cmp_ps::<_CMP_LE_OQ>(high, zero),
             );
-            _mm_movemask_ps(inside) as u32
+
+            // Distance times `scale`, and how far off it may be. A NaN excludes nothing.
+            let minus_zero = _mm_set1_ps(-0.0);
+            let scale = _mm_mul_ps(_mm_add_ps(_mm_add_ps(u, v), w), ray.dir_largest);
+            let along = _mm_fmadd_ps(u, az, _mm_fmadd_ps(v, bz, _mm_mul_ps(w, cz)));
+            let distance = _mm_xor_ps(along, _mm_and_ps(scale, minus_zero));
+            let scale = _mm_andnot_ps(minus_zero, scale);
+            let error = _mm_fmadd_ps(
+                _mm_set1_ps(leaf.error[0]),
+                _mm_add_ps(_mm_andnot_ps(minus_zero, az), ray.rounded_size),
+                _mm_set1_ps(leaf.error[1]),
+            );
+            let before =
+                _mm_cmp_ps::<_CMP_LT_OQ>(_mm_add_ps(distance, error), _mm_mul_ps(scale, ray.t_min));
+            let beyond = _mm_cmp_ps::<_CMP_GT_OQ>(
+                _mm_sub_ps(distance, error),
+                _mm_mul_ps(scale, _mm_set1_ps(limit)),
+            );
+            let outside = _mm_or_ps(before, beyond);
+            _mm_movemask_ps(_mm_andnot_ps(outside, inside)) as u32
         }
     }
 
@@ -212,12 +239,12 @@ unsafe fn slab(node: &Node8, plane: usize, origin: __m256, rcp: __m256) -> __m25
     }
 }
 
-/// A corner of each triangle, sheared into the plane across the ray.
+/// A corner of each triangle, sheared into the plane across the ray, and how far along.
 ///
 /// # Safety
 /// Needs AVX2 and `vertex < 3`.
 #[inline(always)]
-unsafe fn shear(ray: &LeafRay, leaf: &Leaf4, vertex: usize) -> (__m128, __m128) {
+unsafe fn shear(ray: &LeafRay, leaf: &Leaf4, vertex: usize) -> (__m128, __m128, __m128) {
     let corner = leaf.v.as_ptr().cast::<f32>().wrapping_add(vertex * 12);
     let [kx, ky, kz] = ray.axes;
     // SAFETY: the axes are below 3, so each row is inside `v`; rows are aligned to 16 bytes.
@@ -228,6 +255,7 @@ unsafe fn shear(ray: &LeafRay, leaf: &Leaf4, vertex: usize) -> (__m128, __m128) 
         (
             _mm_sub_ps(x, _mm_mul_ps(ray.shear[0], along)),
             _mm_sub_ps(y, _mm_mul_ps(ray.shear[1], along)),
+            along,
         )
     }
 }
@@ -242,46 +270,26 @@ unsafe fn cross(ax: __m128, ay: __m128, bx: __m128, by: __m128) -> __m128 {
     unsafe { _mm_sub_ps(_mm_mul_ps(ax, by), _mm_mul_ps(ay, bx)) }
 }
 
-/// A stack that is neither cleared nor checked.
-pub(crate) struct UncheckedStack {
-    entries: [MaybeUninit<Entry>; STACK_CAPACITY],
-    len: usize,
-}
+/// Storage that is neither cleared nor checked.
+pub(crate) struct Unchecked([MaybeUninit<Entry>; STACK_CAPACITY]);
 
-impl Stack for UncheckedStack {
+impl Storage for Unchecked {
     #[inline(always)]
     fn new() -> Self {
-        Self {
-            entries: [const { MaybeUninit::uninit() }; STACK_CAPACITY],
-            len: 0,
-        }
+        Self([const { MaybeUninit::uninit() }; STACK_CAPACITY])
     }
 
     #[inline(always)]
-    fn push(&mut self, entry: Entry) {
-        debug_assert!(self.len < STACK_CAPACITY);
+    fn write(&mut self, index: usize, entry: Entry) {
+        debug_assert!(index < STACK_CAPACITY);
         // SAFETY: builds bound the entries of every walk by the capacity.
-        unsafe { self.entries.get_unchecked_mut(self.len) }.write(entry);
-        self.len += 1;
+        unsafe { self.0.get_unchecked_mut(index) }.write(entry);
     }
 
     #[inline(always)]
-    fn pop(&mut self) -> Option<Entry> {
-        if self.len == 0 {
-            return None;
-        }
-        self.len -= 1;
-        // SAFETY: entries below the old length were written by `push`.
-        Some(unsafe { self.entries.get_unchecked(self.len).assume_init() })
-    }
-
-    #[inline(always)]
-    fn top(&mut self, n: usize) -> &mut [Entry] {
-        debug_assert!(n <= self.len);
-        // SAFETY: callers ask for entries that they have just pushed.
-        unsafe {
-            let first = self.entries.as_mut_ptr().add(self.len - n).cast::<Entry>();
-            std::slice::from_raw_parts_mut(first, n)
-        }
+    fn read(&self, index: usize) -> Entry {
+        debug_assert!(index < STACK_CAPACITY);
+        // SAFETY: `Stack` reads below its length alone, where it has written before.
+        unsafe { self.0.get_unchecked(index).assume_init() }
     }
 }
