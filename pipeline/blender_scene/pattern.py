@@ -15,7 +15,7 @@ from blender_scene.mesh import attribute_name
 if TYPE_CHECKING:
     from exported import ExportedScene
 
-EXTENSIONS = {"black": "CLIP", "clamp": "EXTEND", "repeat": "REPEAT", "mirror": "MIRROR"}
+EXTENSIONS = {"clamp": "EXTEND", "repeat": "REPEAT", "mirror": "MIRROR"}
 
 
 @dataclass(frozen=True)
@@ -130,9 +130,10 @@ class Patterns:
     def lookup(self, image: bpy.types.Image, record: dict[str, Any]) -> Channels:
         """Sample an image as wrapped in both directions."""
         st = self.node(record["st"]).rgb
-        if record["wrap_s"] == record["wrap_t"]:
+        if record["wrap_s"] == record["wrap_t"] and record["wrap_s"] in EXTENSIONS:
             return self.sampled(image, st, EXTENSIONS[record["wrap_s"]])
-        # Cycles has one mode for both directions, so each is wrapped by hand.
+        # Cycles has one mode for both directions, and fades to black inside of the border; so each
+        # direction is wrapped by hand.
         width, height = image.size
         s, in_s = self.wrapped(self.single(st, 0), record["wrap_s"], width)
         t, in_t = self.wrapped(self.single(st, 1), record["wrap_t"], height)
@@ -180,7 +181,7 @@ class Patterns:
         if wrap in ("clamp", "mirror"):
             return clamped, 1.0
         from_centre = math_node("ABSOLUTE", math_node("SUBTRACT", x, 0.5))
-        return clamped, math_node("LESS_THAN", from_centre, 0.5)
+        return clamped, math_node("SUBTRACT", 1.0, math_node("GREATER_THAN", from_centre, 0.5))
 
     def scaled(self, found: Channels, scale: list[float], bias: list[float]) -> Channels:
         """Return `scale * found + bias` per channel."""

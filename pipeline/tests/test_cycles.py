@@ -362,6 +362,15 @@ def test_wraps_differ_per_direction(tmp_path: Path) -> None:
     )
 
 
+def test_black_surrounds_an_image_without_darkening_it(tmp_path: Path) -> None:
+    """All of it is read at its lower left corner, as textures without coordinates are."""
+    writer = SceneWriter(tmp_path)
+    wraps = {"wrap_s": "black", "wrap_t": "black"}
+    textured(writer, writer.texture((0, CORNERS)), wraps, {"scale": [0.0, 0.0]})
+    image = render(writer.write())
+    np.testing.assert_allclose(image.reshape(-1, 3).mean(axis=0), CORNERS[0, 0], atol=1e-3)
+
+
 def test_udim(tmp_path: Path) -> None:
     writer = SceneWriter(tmp_path)
     tiles = [(1001 + idx, np.full((1, 1, 3), 1.0 + idx)) for idx in (0, 1, 10)]
