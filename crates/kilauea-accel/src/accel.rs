@@ -1,6 +1,6 @@
 use crate::build::{Soup, build_top, build_tree, instance_bounds};
 use crate::geometry::{BuildOptions, Geometry, Placement, Quality};
-use crate::node::{Node8, Tree};
+use crate::node::{Node8, STACK_CAPACITY, Tree};
 use crate::ray::{Hit, Ray};
 use crate::traverse::{Instance, Isa, Scene};
 use kilauea_math::{Bounds3, DAffine3, DVec3, Vec3};
@@ -63,7 +63,7 @@ impl Accel {
             plan.n_rejected + soups.iter().map(|soup| soup.n_rejected).sum::<usize>();
         let trees: Vec<Tree> = soups
             .into_par_iter()
-            .map(|soup| build_tree(&soup, options.quality))
+            .map(|soup| build_tree(soup, options.quality))
             .collect();
         let top =
             (!plan.shared.is_empty()).then(|| Top::new(&plan, placements, &trees, options.quality));
@@ -289,7 +289,7 @@ impl Top {
                 top.n_rejected += 1;
             }
         }
-        top.nodes = build_top(&boxes, quality);
+        top.nodes = build_top(&boxes, quality, STACK_CAPACITY);
         top
     }
 }

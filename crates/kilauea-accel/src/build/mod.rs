@@ -2,6 +2,7 @@
 
 mod balanced;
 mod binary;
+mod buckets;
 mod soup;
 mod top;
 mod wide;
@@ -10,47 +11,108 @@ pub(crate) use soup::Soup;
 pub(crate) use top::{build_top, instance_bounds};
 
 use crate::geometry::Quality;
-use crate::node::{Leaf4, Node8, STACK_CAPACITY, Tree};
+use crate::node::{EMPTY, LEAF, Leaf4, Node8, STACK_CAPACITY, Tree};
+use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
+use rayon::prelude::*;
 use soup::SoupTriangle;
 use wide::{WideOptions, widen};
 
+/// Stack entries kept for the tree over buckets; the rest is for the tree of one bucket.
+const TOP_STACK: usize = 128;
+
 /// Builds the tree over a soup of triangles.
-pub(crate) fn build_tree(soup: &Soup, quality: Quality) -> Tree {
+pub(crate) fn build_tree(mut soup: Soup, quality: Quality) -> Tree {
+    let n_triangles = soup.triangles.len();
+    let mut trees: Vec<Tree> = buckets::cut(&mut soup.triangles)
+        .into_par_iter()
+        .map(|bucket| build_bucket(bucket, quality))
+        .collect();
+    drop(soup);
+    let mut tree = if trees.len() == 1 {
+        trees.remove(0)
+    } else {
+        join_buckets(trees, quality)
+    };
+    tree.n_triangles = n_triangles;
+    tree
+}
+
+fn build_bucket(triangles: &[SoupTriangle], quality: Quality) -> Tree {
     let options = WideOptions {
         max_leaf_size: 4,
         leaf_cost: 1.0,
     };
-    let bvh = binary::over_triangles(&soup.triangles, quality);
-    let (nodes, groups) = bounded_widen(bvh, options, || {
-        balanced::over_boxes(
-            &soup
-                .triangles
-                .iter()
-                .map(SoupTriangle::bounds)
-                .collect::<Vec<_>>(),
-        )
+    let bvh = binary::over_triangles(triangles, quality);
+    let (nodes, groups) = bounded_widen(bvh, options, STACK_CAPACITY - TOP_STACK, || {
+        let boxes: Vec<Aabb> = triangles.iter().map(SoupTriangle::bounds).collect();
+        balanced::over_boxes(&boxes)
     });
-    let leaves = groups
-        .iter()
-        .map(|group| pack_leaf(group, &soup.triangles))
-        .collect();
+    let leaves = groups.iter().map(|group| pack_leaf(group, triangles));
     Tree {
+        leaves: leaves.collect(),
         nodes,
-        leaves,
-        n_triangles: soup.triangles.len(),
+        n_triangles: triangles.len(),
     }
 }
 
-/// Widens `bvh`, or a balanced tree in the (never yet seen) case that the traversal stack would
-/// not suffice for it.
+/// Puts a tree over the trees of the buckets.
+fn join_buckets(buckets: Vec<Tree>, quality: Quality) -> Tree {
+    let boxes: Vec<Aabb> = buckets
+        .iter()
+        .map(|tree| {
+            let bounds = tree.nodes[0].bounds();
+            Aabb::new(bounds.min.into(), bounds.max.into())
+        })
+        .collect();
+    let mut tree = Tree {
+        nodes: build_top(&boxes, quality, TOP_STACK),
+        leaves: Vec::with_capacity(buckets.iter().map(|b| b.leaves.len()).sum()),
+        n_triangles: 0,
+    };
+    let mut roots = Vec::with_capacity(buckets.len());
+    let mut n_nodes = tree.nodes.len();
+    for bucket in &buckets {
+        roots.push(n_nodes as u32);
+        n_nodes += bucket.nodes.len();
+    }
+    // What the top tree calls a leaf is the root of a bucket.
+    for link in tree.nodes.iter_mut().flat_map(|node| &mut node.child) {
+        if *link != EMPTY {
+            *link = match *link & LEAF {
+                0 => *link,
+                _ => roots[(*link & !LEAF) as usize],
+            };
+        }
+    }
+    tree.nodes.reserve_exact(n_nodes - tree.nodes.len());
+    for mut bucket in buckets {
+        let (first_node, first_leaf) = (tree.nodes.len() as u32, tree.leaves.len() as u32);
+        for link in bucket.nodes.iter_mut().flat_map(|node| &mut node.child) {
+            if *link != EMPTY {
+                *link += if *link & LEAF == 0 {
+                    first_node
+                } else {
+                    first_leaf
+                };
+            }
+        }
+        tree.nodes.append(&mut bucket.nodes);
+        tree.leaves.append(&mut bucket.leaves);
+    }
+    tree
+}
+
+/// Widens `bvh`, or a balanced tree in the (never yet seen) case that `stack` entries would not
+/// suffice to traverse it.
 fn bounded_widen(
     bvh: Bvh2,
     options: WideOptions,
+    stack: usize,
     balanced: impl FnOnce() -> Bvh2,
 ) -> (Vec<Node8>, Vec<Vec<u32>>) {
     let wide = widen(&bvh, options);
-    if wide.stack_need <= STACK_CAPACITY {
+    if wide.stack_need <= stack {
         return (wide.nodes, wide.leaves);
     }
     drop(bvh);

@@ -5,14 +5,15 @@ use crate::node::{LEAF, Node8, Tree};
 use kilauea_math::{DAffine3, DVec3};
 use obvhs::aabb::Aabb;
 
-/// Builds the tree over instances; a leaf link is the index of a box.
-pub(crate) fn build_top(boxes: &[Aabb], quality: Quality) -> Vec<Node8> {
+/// Builds the tree over instances or buckets; a leaf link is the index of a box.
+/// Traversal needs at most `stack` entries.
+pub(crate) fn build_top(boxes: &[Aabb], quality: Quality, stack: usize) -> Vec<Node8> {
     let options = WideOptions {
         max_leaf_size: 1,
         leaf_cost: 4.0,
     };
     let bvh = binary::over_boxes(boxes, binary::all(boxes.len()), quality);
-    let (mut nodes, leaves) = bounded_widen(bvh, options, || balanced::over_boxes(boxes));
+    let (mut nodes, leaves) = bounded_widen(bvh, options, stack, || balanced::over_boxes(boxes));
     for link in nodes.iter_mut().flat_map(|node| &mut node.child) {
         if *link & LEAF != 0
             && let Some(leaf) = leaves.get((*link & !LEAF) as usize)

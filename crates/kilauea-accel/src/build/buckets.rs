@@ -1,0 +1,139 @@
+//! Large soups are cut into buckets first, so that trees are built on all cores, within caches,
+//! and without scratch memory for the whole scene.
+
+use super::soup::SoupTriangle;
+use kilauea_math::Vec3A;
+use obvhs::aabb::Aabb;
+
+/// Most triangles of a bucket.
+pub(crate) const MAX_BUCKET: usize = 1 << 17;
+
+/// Triangles looked at to choose a cut.
+const N_SAMPLES: usize = 1 << 14;
+/// Candidate cuts by axis.
+const N_BINS: usize = 32;
+
+/// Reorders the triangles into compact buckets by the surface area heuristic, and returns those.
+pub(crate) fn cut(triangles: &mut [SoupTriangle]) -> Vec<&mut [SoupTriangle]> {
+    if triangles.len() <= MAX_BUCKET {
+        return vec![triangles];
+    }
+    let middle = choose_cut(triangles).map_or(0, |(axis, at)| {
+        partition(triangles, |t| t.bounds().center()[axis] < at)
+    });
+    // Where the heuristic finds nothing, or next to nothing, any halves will do.
+    let least = triangles.len() / 64;
+    let middle = if (least..triangles.len() - least).contains(&middle) {
+        middle
+    } else {
+        triangles.len() / 2
+    };
+    let (low, high) = triangles.split_at_mut(middle);
+    let (mut buckets, rest) = rayon::join(|| cut(low), || cut(high));
+    buckets.extend(rest);
+    buckets
+}
+
+/// The axis and coordinate of the cheapest cut, judged by a sample; none where all centers agree.
+fn choose_cut(triangles: &[SoupTriangle]) -> Option<(usize, f32)> {
+    let stride = triangles.len().div_ceil(N_SAMPLES);
+    let sample: Vec<Aabb> = triangles
+        .iter()
+        .step_by(stride)
+        .map(SoupTriangle::bounds)
+        .collect();
+    let (min, max) = sample
+        .iter()
+        .fold((Vec3A::INFINITY, Vec3A::NEG_INFINITY), |(min, max), b| {
+            (min.min(b.center()), max.max(b.center()))
+        });
+    let cuts = (0..3)
+        .filter(|&axis| max[axis] > min[axis])
+        .flat_map(|axis| {
+            let bin_size = (max[axis] - min[axis]) / N_BINS as f32;
+            let mut bins = [(Aabb::INVALID, 0_usize); N_BINS];
+            for b in &sample {
+                let bin = (((b.center()[axis] - min[axis]) / bin_size) as usize).min(N_BINS - 1);
+                bins[bin] = (bins[bin].0.union(b), bins[bin].1 + 1);
+            }
+            let cost_of = |bins: &[(Aabb, usize)]| {
+                let union = |(a, n): (Aabb, usize), b: &(Aabb, usize)| (a.union(&b.0), n + b.1);
+                let (bounds, n) = bins.iter().fold((Aabb::INVALID, 0), union);
+                if n == 0 {
+                    f32::INFINITY
+                } else {
+                    bounds.half_area() * n as f32
+                }
+            };
+            (1..N_BINS).map(move |at| {
+                let cost = cost_of(&bins[..at]) + cost_of(&bins[at..]);
+                (cost, axis, min[axis] + at as f32 * bin_size)
+            })
+        });
+    cuts.filter(|(cost, ..)| cost.is_finite())
+        .min_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, axis, at)| (axis, at))
+}
+
+/// Moves what `is_low` accepts to the front; returns how many that are.
+fn partition(triangles: &mut [SoupTriangle], is_low: impl Fn(&SoupTriangle) -> bool) -> usize {
+    let (mut low, mut high) = (0, triangles.len());
+    while low < high {
+        if is_low(&triangles[low]) {
+            low += 1;
+        } else {
+            high -= 1;
+            triangles.swap(low, high);
+        }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid(n: usize) -> Vec<SoupTriangle> {
+        (0..n)
+            .map(|i| {
+                let p = [(i % 997) as f32, (i / 997) as f32, 0.0];
+                SoupTriangle {
+                    v: [p, [p[0] + 1.0, p[1], 0.0], [p[0], p[1] + 1.0, 0.0]],
+                    triangle: i as u32,
+                    instance: 0,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn buckets_hold_every_triangle_once_and_lie_apart() {
+        let n = 3 * MAX_BUCKET;
+        let mut triangles = grid(n);
+        let buckets = cut(&mut triangles);
+        assert!(
+            buckets
+                .iter()
+                .all(|b| !b.is_empty() && b.len() <= MAX_BUCKET)
+        );
+        let area = |b: &[SoupTriangle]| {
+            b.iter()
+                .fold(Aabb::INVALID, |a, t| a.union(&t.bounds()))
+                .half_area()
+        };
+        let total: f32 = buckets.iter().map(|b| area(b)).sum();
+        let mut ids: Vec<u32> = buckets
+            .iter()
+            .flat_map(|b| b.iter().map(|t| t.triangle))
+            .collect();
+        ids.sort_unstable();
+        assert!(ids.into_iter().eq(0..n as u32));
+        assert!(total < 1.1 * area(&grid(n)), "{total}");
+    }
+
+    #[test]
+    fn equal_triangles_are_halved() {
+        let mut triangles = vec![grid(1)[0]; 2 * MAX_BUCKET + 1];
+        assert!(cut(&mut triangles).iter().all(|b| b.len() <= MAX_BUCKET));
+    }
+}
