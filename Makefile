@@ -36,7 +36,8 @@ lint: install
 	cd usd_bridge && ../$(BIN)/pyright
 
 bench: install
-	$(BIN)/kilauea bench samples
+	@mkdir -p out
+	$(BIN)/kilauea bench samples tests/scenes/box_rect_light.usda -r 256 256 -p 64 --json out/samples.json
 
 clean:
 	rm -rf target .venv out
