@@ -79,7 +79,7 @@ fn furnace(shader: &Shader, wo: Vec3) -> Spectrum {
         let bsdf = shader.bsdf(surface);
         (0..N)
             .filter_map(|i| bsdf.sample(wo, [0, 1, 2].map(|k| unit_f32(combine(i, k)))))
-            .map(|s| s.weight() * s.eta_scale)
+            .map(|s| s.weight())
             .sum::<Spectrum>()
             / N as f32
     })

@@ -71,10 +71,6 @@ pub struct BsdfSample {
     /// Roughness of the lobe drawn from (the square root of GGX's alpha): 1 for diffuse lobes, 0
     /// for delta lobes.
     pub roughness: f32,
-    /// (index of refraction on the side of `wi` / index on the side of `wo`)². Refraction divides
-    /// radiance by it; Russian roulette multiplies it back in, because it comes back on the way
-    /// out. 1 for reflection.
-    pub eta_scale: f32,
 }
 
 impl BsdfSample {

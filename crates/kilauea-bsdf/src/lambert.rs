@@ -40,7 +40,6 @@ impl Lambert {
             is_transmission: false,
             is_diffuse: true,
             roughness: 1.0,
-            eta_scale: 1.0,
         })
     }
 }

@@ -299,7 +299,6 @@ impl Layered {
             is_transmission: false,
             is_diffuse: false,
             roughness,
-            eta_scale: 1.0,
         })
     }
 
@@ -308,7 +307,8 @@ impl Layered {
         let (eta, n) = (view.eta, view.side.frame.z);
         let wi = fresnel::refract(wo, n, view.cos_o, eta, view.boundary.cos_t);
         let transmitted = self.transmission * (1.0 - view.boundary.reflectance) * view.below_coat;
-        let weight = transmitted / (view.probability.glass * eta * eta);
+        // Basic radiance, L/η², crosses the boundary unchanged (Nicodemus 1963).
+        let weight = transmitted / view.probability.glass;
         (view.side.ng.dot(wi) < 0.0).then(|| BsdfSample {
             wi,
             diffuse: Spectrum::BLACK,
@@ -318,7 +318,6 @@ impl Layered {
             is_transmission: true,
             is_diffuse: false,
             roughness: 0.0,
-            eta_scale: eta * eta,
         })
     }
 }
@@ -344,7 +343,6 @@ impl View {
             is_transmission: false,
             is_diffuse: false,
             roughness: 0.0,
-            eta_scale: 1.0,
         })
     }
 }

@@ -22,11 +22,9 @@ fn evenly(i: u32) -> [f32; 3] {
     [0.819_172_5, 0.671_043_6, 0.549_700_5].map(|a: f64| (0.5 + a * f64::from(i)).fract() as f32)
 }
 
-/// What one sample scatters of a constant environment, per medium: refraction is freed of the
-/// change of radiance between media.
+/// What one sample scatters of a constant environment.
 fn scattered(bsdf: &Bsdf, wo: Vec3, u: [f32; 3]) -> Spectrum {
-    bsdf.sample(wo, u)
-        .map_or(Spectrum::BLACK, |s| s.weight() * s.eta_scale)
+    bsdf.sample(wo, u).map_or(Spectrum::BLACK, |s| s.weight())
 }
 
 /// Directional albedo by sampling.

@@ -98,7 +98,6 @@ impl PathIntegrator<'_> {
         let mut cone = RayCone::of_camera_ray(camera, self.samples_per_pixel);
         let mut departure: Option<Departure> = None;
         let mut throughput = Throughput::start();
-        let mut eta_scale = 1.0;
         counts.camera += 1;
 
         for depth in 0..=self.max_depth {
@@ -195,10 +194,9 @@ impl PathIntegrator<'_> {
                 cone.spread = cone.spread.max(ROUGH_SPREAD * sample.roughness);
             }
 
-            // End dim paths by chance. What refraction has divided out comes back on the way out.
-            eta_scale *= sample.eta_scale;
+            // End dim paths by chance.
             if depth + 1 >= MIN_ROULETTE_DEPTH {
-                let survival = throughput.total(depth).max_channel() * eta_scale;
+                let survival = throughput.total(depth).max_channel();
                 if survival < 1.0 {
                     let survival = survival.max(0.05);
                     if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
