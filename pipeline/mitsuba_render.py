@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import resource
 import sys
 import time
@@ -20,6 +21,10 @@ import mitsuba as mi
 
 from exported import ExportedScene, Raster
 
+# Dr.Jit needs LLVM 16 or newer and takes the system's; one put into the cache goes before.
+cache = Path(os.environ.get("KILAUEA_CACHE", Path.home() / ".cache/kilauea"))
+for library in sorted(cache.glob("llvm/**/libLLVM-*.so"))[:1]:
+    os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(library))
 mi.set_variant("llvm_ad_rgb")
 
 from mitsuba_scene.build import UnsupportedError, build_scene  # noqa: E402

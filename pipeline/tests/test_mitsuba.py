@@ -33,6 +33,8 @@ def run(
 
 def render(folder: Path, *engine: Path) -> np.ndarray:
     done = run(folder, *engine)
+    if done.returncode != 0 and "LLVM ERROR" in done.stdout + done.stderr:
+        pytest.skip("the LLVM here is too old for Mitsuba")
     assert done.returncode == 0, done.stdout + done.stderr
     return oiio.ImageBuf(str(folder / "out.exr")).get_pixels(oiio.FLOAT)[..., :3]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 import time
 from collections.abc import Callable
@@ -11,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kilauea.environments import MITSUBA, cache_folder, checked, pipeline_script
+from kilauea.environments import MITSUBA, checked, pipeline_script
 from kilauea.errors import KilaueaError
 from kilauea.reference import export_frame, run_cycles
 from kilauea.render import RenderOptions
@@ -118,8 +117,6 @@ def _cycles(*flags: str) -> Callable[[Job, Path, int, int], dict[str, Any]]:
 
 def _mitsuba(sampler: str) -> Callable[[Job, Path, int, int], dict[str, Any]]:
     def run(job: Job, image: Path, samples: int, seed: int) -> dict[str, Any]:
-        if "DRJIT_LIBLLVM_PATH" not in os.environ and (library := _llvm_library()):
-            os.environ["DRJIT_LIBLLVM_PATH"] = str(library)
         stats_file = image.with_suffix(".json")
         command = [MITSUBA.python(), pipeline_script("mitsuba_render.py"), job.folder, image]
         command += ["--samples", samples, "--seed", seed, "--stats", stats_file]
@@ -140,11 +137,6 @@ def _mitsuba(sampler: str) -> Callable[[Job, Path, int, int], dict[str, Any]]:
         }
 
     return run
-
-
-def _llvm_library() -> Path | None:
-    """Return a libLLVM that was put into the cache by hand."""
-    return next(iter(sorted(cache_folder().glob("llvm/**/libLLVM-*.so"))), None)
 
 
 ENGINES: dict[str, Callable[[Job, Path, int, int], dict[str, Any]]] = {
