@@ -16,15 +16,16 @@ import time
 from pathlib import Path
 from typing import Any
 
-import drjit as dr
-import mitsuba as mi
-
-from exported import ExportedScene, Raster
-
 # Dr.Jit needs LLVM 16 or newer and takes the system's; one put into the cache goes before.
 cache = Path(os.environ.get("KILAUEA_CACHE", Path.home() / ".cache/kilauea"))
 for library in sorted(cache.glob("llvm/**/libLLVM-*.so"))[:1]:
     os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(library))
+
+import drjit as dr  # noqa: E402
+import mitsuba as mi  # noqa: E402
+
+from exported import ExportedScene, Raster  # noqa: E402
+
 mi.set_variant("llvm_ad_rgb")
 
 from mitsuba_scene.build import UnsupportedError, build_scene  # noqa: E402
