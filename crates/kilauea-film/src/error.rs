@@ -1,5 +1,5 @@
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why an image could not be written, read or compared.
 #[derive(Debug, thiserror::Error)]
@@ -56,4 +56,15 @@ pub enum ImageError {
         /// The same of the second.
         b: ([usize; 2], [i32; 2]),
     },
+}
+
+impl ImageError {
+    /// An error of the EXR codec on the file at `path`; what the file system said is taken out.
+    pub(crate) fn from_exr(path: &Path, source: exr::error::Error) -> Self {
+        let path = path.to_owned();
+        match source {
+            exr::error::Error::Io(source) => Self::Io { path, source },
+            source => Self::Exr { path, source },
+        }
+    }
 }

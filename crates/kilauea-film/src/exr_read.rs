@@ -18,16 +18,7 @@ pub fn read_exr(path: &Path) -> Result<Image, ImageError> {
         .all_layers()
         .all_attributes()
         .from_file(path)
-        .map_err(|source| match source {
-            exr::error::Error::Io(source) => ImageError::Io {
-                path: path.to_owned(),
-                source,
-            },
-            source => ImageError::Exr {
-                path: path.to_owned(),
-                source,
-            },
-        })?;
+        .map_err(|source| ImageError::from_exr(path, source))?;
     let unsupported = |reason: &str| ImageError::Unsupported {
         path: path.to_owned(),
         reason: reason.into(),

@@ -48,16 +48,7 @@ pub fn write_exr(path: &Path, film: &Film, metadata: &ImageMetadata) -> Result<(
         file_image
             .write()
             .to_buffered(writer)
-            .map_err(|source| match source {
-                exr::error::Error::Io(source) => ImageError::Io {
-                    path: path.to_owned(),
-                    source,
-                },
-                source => ImageError::Exr {
-                    path: path.to_owned(),
-                    source,
-                },
-            })
+            .map_err(|source| ImageError::from_exr(path, source))
     })
 }
 
