@@ -3,29 +3,29 @@ use std::time::Instant;
 
 use crate::{RaySet, Tracer};
 
-/// Rays that are timed together: some milliseconds' worth.
+/// Rays that are timed together: a millisecond's worth or two.
 const BATCH_SIZE: usize = 4096;
 
 /// Million rays a second of each tracer.
 ///
-/// Tracers take turns on every batch, each round in another order, and a batch counts with its
-/// best of `n_rounds`: what else the machine does falls out, and hits all alike.
+/// In every round each batch of rays goes through all tracers, in an order that changes from round
+/// to round, and each tracer's best time for each batch counts. What else the machine does falls
+/// out, if it rests now and then, and hits all alike where it does not.
 pub fn mrays_per_s(tracers: &[&dyn Tracer], set: &RaySet, n_rounds: usize) -> Vec<f64> {
-    let mut secs = vec![0.0; tracers.len()];
-    for batch in set.rays.chunks(BATCH_SIZE) {
-        let mut best = vec![f64::INFINITY; tracers.len()];
-        for round in 0..n_rounds {
+    let batches: Vec<_> = set.rays.chunks(BATCH_SIZE).collect();
+    let mut best_secs = vec![vec![f64::INFINITY; batches.len()]; tracers.len()];
+    for round in 0..n_rounds {
+        for (batch_idx, batch) in batches.iter().enumerate() {
             for turn in 0..tracers.len() {
                 let idx = (round + turn) % tracers.len();
                 let start = Instant::now();
                 black_box(tracers[idx].trace(black_box(batch), set.query));
-                best[idx] = start.elapsed().as_secs_f64().min(best[idx]);
+                let secs = start.elapsed().as_secs_f64();
+                best_secs[idx][batch_idx] = secs.min(best_secs[idx][batch_idx]);
             }
-        }
-        for (sum, best) in secs.iter_mut().zip(best) {
-            *sum += best;
         }
     }
     let n_rays = set.rays.len() as f64;
-    secs.into_iter().map(|s| n_rays / s / 1e6).collect()
+    let rate = |best: &Vec<f64>| n_rays / best.iter().sum::<f64>() / 1e6;
+    best_secs.iter().map(rate).collect()
 }
