@@ -12,6 +12,16 @@ pub(crate) struct RayWorkload(Workload);
 
 #[pymethods]
 impl RayWorkload {
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    #[getter]
+    fn n_triangles(&self) -> usize {
+        self.0.mesh.triangles().len()
+    }
+
     /// Names of the built-in meshes.
     #[staticmethod]
     fn shapes() -> Vec<&'static str> {

@@ -42,3 +42,45 @@ impl Agreement {
         n_differing as f64 <= Self::MAX_FRACTION * n_rays as f64
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Segment;
+    use kilauea_math::Vec3;
+
+    /// Hits every ray at one distance, or none.
+    struct Everywhere(Option<f32>);
+
+    impl Tracer for Everywhere {
+        fn nearest(&self, _: &Segment) -> Option<f32> {
+            self.0
+        }
+
+        fn occluded(&self, _: &Segment) -> bool {
+            self.0.is_some()
+        }
+    }
+
+    fn check(a: Option<f32>, b: Option<f32>, query: Query, expected: [usize; 3]) {
+        let set = RaySet {
+            kind: "test".into(),
+            query,
+            rays: vec![Segment::new(Vec3::ZERO, Vec3::X); 5],
+        };
+        let found = Agreement::of(&Everywhere(a), &Everywhere(b), &set);
+        let counts = [found.n_hits, found.n_hit_by_one, found.n_other_distance];
+        assert_eq!(counts, expected);
+        assert_eq!(found.is_within_tolerance(5), expected[1..] == [0, 0]);
+    }
+
+    #[test]
+    fn counts_rays_that_are_answered_differently() {
+        check(Some(2.0), Some(2.0001), Query::Nearest, [5, 0, 0]);
+        check(Some(2.0), Some(2.001), Query::Nearest, [5, 0, 5]);
+        check(Some(2.0), Some(2.001), Query::Any, [5, 0, 0]);
+        check(Some(2.0), None, Query::Nearest, [5, 5, 0]);
+        check(None, Some(2.0), Query::Any, [0, 5, 0]);
+        check(None, None, Query::Nearest, [0, 0, 0]);
+    }
+}

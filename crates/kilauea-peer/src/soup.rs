@@ -93,3 +93,79 @@ fn light_point(scene: &Scene, bounds: Bounds3) -> Vec3 {
     });
     bounds.center() + bounds.diagonal().length() * toward_light
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kilauea_math::DMat4;
+    use kilauea_scene::{Camera, Instances, MeshChunk, Projection, Prototype};
+
+    /// A triangle placed twice, five apart, far from the origin.
+    fn scene() -> Scene {
+        let triangle = Prototype {
+            center: DVec3::new(0.0, 0.0, -1.0),
+            chunks: vec![MeshChunk {
+                positions: vec![[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 1.0, 0.0]],
+                triangles: vec![[0, 1, 2]],
+                ..MeshChunk::default()
+            }],
+            ..Prototype::default()
+        };
+        let far = DVec3::new(1e6, 0.0, 0.0);
+        let world = Prototype {
+            instances: vec![Instances {
+                prim_idx: 0,
+                prototype: 1,
+                parent_from_prototype: [0.0, 5.0]
+                    .map(|y| DAffine3::from_translation(far + y * DVec3::Y))
+                    .to_vec(),
+                attributes: Vec::new(),
+            }],
+            ..Prototype::default()
+        };
+        Scene {
+            origin_world: far,
+            prim_paths: Vec::new(),
+            prototypes: vec![world, triangle],
+            materials: Vec::new(),
+            textures: Vec::new(),
+            lights: Vec::new(),
+            camera: Camera {
+                path: "/camera".into(),
+                world_from_camera: DMat4::from_translation(far + 3.0 * DVec3::Z),
+                projection: Projection::Orthographic,
+                screen_window: [-0.1, -0.1, 0.1, 0.1],
+                lens_radius: 0.0,
+                focus_distance: 0.0,
+                clipping_range: [0.1, 100.0],
+                exposure_scale: 1.0,
+            },
+        }
+    }
+
+    #[test]
+    fn bakes_instances_and_looks_through_the_camera() {
+        let workload = Workload::from_scene("two", &scene(), 2, 100).expect("two triangles");
+        assert_eq!(workload.mesh.triangles(), [[0, 1, 2], [3, 4, 5]]);
+        assert_eq!(workload.mesh.positions()[3], [-1.0, 4.0, -1.0]);
+        let [primary, diffuse, ..] = &workload.rays[..] else {
+            panic!("{:?}", workload.rays);
+        };
+        assert_eq!(primary.rays.len(), 100);
+        assert_eq!(
+            diffuse.rays.len(),
+            100,
+            "the first triangle fills the picture"
+        );
+        assert!(primary.rays.iter().all(|ray| ray.dir == [0.0, 0.0, -1.0]));
+    }
+
+    #[test]
+    fn refuses_more_than_the_limit() {
+        let error = Workload::from_scene("two", &scene(), 1, 100).expect_err("two are too many");
+        assert!(matches!(
+            error,
+            PeerError::TooManyTriangles { limit: 1, .. }
+        ));
+    }
+}
