@@ -2,7 +2,7 @@ use crate::build::{Soup, build_top, build_tree, instance_bounds};
 use crate::geometry::{BuildOptions, Geometry, Placement, Quality};
 use crate::node::{Node8, STACK_CAPACITY, Tree};
 use crate::ray::{Hit, Ray};
-use crate::traverse::{Instance, Isa, Scene};
+use crate::traverse::{Instance, Isa, Keep, KeepAll, Scene};
 use kilauea_math::{Bounds3, DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -86,36 +86,48 @@ impl Accel {
     /// A ray that holds a NaN, starts nowhere or has no direction hits nothing.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.intersect_filtered(ray, |_| true)
+        self.intersect_kept(ray, KeepAll)
     }
 
     /// Whether anything is hit.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.occluded_filtered(ray, |_| true)
+        self.occluded_kept(ray, KeepAll)
     }
 
     /// The nearest hit that `keep` accepts (cut-outs). `keep` must answer alike for equal hits; it
     /// is asked for some of the hits, in any order, and may be asked again for the same one.
     #[inline]
-    pub fn intersect_filtered(&self, ray: &Ray, mut keep: impl FnMut(&Hit) -> bool) -> Option<Hit> {
-        if !ray.is_valid() {
-            return None;
-        }
-        if ray.has_extreme_dir() {
-            return self.intersect_extreme(ray, &mut keep);
-        }
-        self.isa.closest(self.scene(), ray, keep)
+    pub fn intersect_filtered(&self, ray: &Ray, keep: impl FnMut(&Hit) -> bool) -> Option<Hit> {
+        self.intersect_kept(ray, keep)
     }
 
     /// Whether any hit is accepted by `keep`, which is asked as in [`Self::intersect_filtered`].
     #[inline]
-    pub fn occluded_filtered(&self, ray: &Ray, mut keep: impl FnMut(&Hit) -> bool) -> bool {
+    pub fn occluded_filtered(&self, ray: &Ray, keep: impl FnMut(&Hit) -> bool) -> bool {
+        self.occluded_kept(ray, keep)
+    }
+
+    #[inline(always)]
+    fn intersect_kept(&self, ray: &Ray, mut keep: impl Keep) -> Option<Hit> {
+        if !ray.is_valid() {
+            return None;
+        }
+        if ray.has_extreme_dir() {
+            return self.intersect_extreme(ray, &mut |hit| keep.keep(hit));
+        }
+        self.isa.closest(self.scene(), ray, keep)
+    }
+
+    #[inline(always)]
+    fn occluded_kept(&self, ray: &Ray, mut keep: impl Keep) -> bool {
         if !ray.is_valid() {
             return false;
         }
         if ray.has_extreme_dir() {
-            return self.intersect_extreme(ray, &mut keep).is_some();
+            return self
+                .intersect_extreme(ray, &mut |hit| keep.keep(hit))
+                .is_some();
         }
         self.isa.occluded(self.scene(), ray, keep)
     }

@@ -74,8 +74,9 @@ pub(crate) struct PairLeaf {
     pub(crate) triangle: [u32; 8],
     /// Placement, for triangles baked into engine space; otherwise zero. By lane of the pair.
     pub(crate) instance: [u32; 4],
-    /// Bound on the error of a kernel's unnormalised distance to any of the triangles: `[0]` times
-    /// the distance of the first corner along the ray, plus `[1]`.
+    /// For bounds on the rounding errors of a kernel: `[1]` is the length L of the longest edge;
+    /// edge functions are off by less than `[0]` times the distance of the first corner plus 3 L,
+    /// distances times their sum by less than 6 L times that.
     pub(crate) error: [f32; 2],
     /// The order of a triangle's corners, by lane: an index into [`CORNER_ORDERS`].
     pub(crate) order: [u8; 8],

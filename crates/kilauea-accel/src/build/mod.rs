@@ -126,7 +126,7 @@ fn pack_leaf(group: &[u32], pairs: &[Pair]) -> PairLeaf {
     for (lane, &i) in group.iter().enumerate() {
         pairs[i as usize].store(&mut leaf, lane);
     }
-    leaf.error = distance_error(group.iter().map(|&i| pairs[i as usize].longest_edge()));
+    leaf.error = rounding_error(group.iter().map(|&i| pairs[i as usize].longest_edge()));
     leaf
 }
 
@@ -136,12 +136,9 @@ fn pack_leaf(group: &[u32], pairs: &[Pair]) -> PairLeaf {
 /// rounding unit. Sheared corners are off by at most 7u (|z| + 3L) and, where the line passes
 /// inside, no further than 2L from it. So each edge function is off by less than 70u L (|z| + 3L),
 /// and their sum weighted with distances, which differ by at most L, by three times that and the
-/// roundings of its own terms; 400u L² (|z| + 3L) has room for all.
-fn distance_error(longest_edges: impl Iterator<Item = f32>) -> [f32; 2] {
+/// roundings of its own terms; 420u L² (|z| + 3L) has room for all.
+fn rounding_error(longest_edges: impl Iterator<Item = f32>) -> [f32; 2] {
     const UNIT: f32 = f32::EPSILON * 0.5;
-    // Products of tiny triangles lose digits below this: never call their distance certain.
-    const UNDERFLOW: f32 = 1e-34;
     let longest = longest_edges.fold(0.0, f32::max);
-    let per_distance = 400.0 * UNIT * longest * longest;
-    [per_distance, 3.0 * longest * per_distance + UNDERFLOW]
+    [70.0 * UNIT * longest, longest]
 }

@@ -1,6 +1,7 @@
 //! The walks: one source, compiled once for every kernel.
 
 mod avx2;
+mod keep;
 mod kernel;
 mod portable;
 mod stack;
@@ -10,6 +11,7 @@ mod two_level;
 mod walk;
 
 pub(crate) use avx2::Avx2;
+pub(crate) use keep::{Keep, KeepAll};
 pub(crate) use portable::Portable;
 pub(crate) use two_level::{Instance, Scene};
 
@@ -32,12 +34,7 @@ impl Isa {
     }
 
     #[inline(always)]
-    pub(crate) fn closest(
-        self,
-        scene: Scene<'_>,
-        ray: &Ray,
-        keep: impl FnMut(&Hit) -> bool,
-    ) -> Option<Hit> {
+    pub(crate) fn closest(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
         match self {
             Self::Avx2(avx2) => avx2.closest(scene, ray, keep),
             Self::Portable(portable) => portable.closest(scene, ray, keep),
@@ -45,12 +42,7 @@ impl Isa {
     }
 
     #[inline(always)]
-    pub(crate) fn occluded(
-        self,
-        scene: Scene<'_>,
-        ray: &Ray,
-        keep: impl FnMut(&Hit) -> bool,
-    ) -> bool {
+    pub(crate) fn occluded(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
         match self {
             Self::Avx2(avx2) => avx2.occluded(scene, ray, keep),
             Self::Portable(portable) => portable.occluded(scene, ray, keep),

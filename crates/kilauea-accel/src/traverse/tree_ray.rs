@@ -62,13 +62,11 @@ impl TreeRay {
     ) -> Self {
         const ULP: f32 = f32::EPSILON;
         let size = d.abs();
-        let axes = if size.x > size.y && size.x > size.z {
-            [1, 2, 0]
-        } else if size.y > size.z {
-            [2, 0, 1]
-        } else {
-            [0, 1, 2]
-        };
+        // Without branches: no processor guesses the largest component of scattered directions.
+        let is_x = (size.x > size.y) & (size.x > size.z);
+        let is_y = !is_x & (size.y > size.z);
+        let kz = 2 - 2 * usize::from(is_x) - usize::from(is_y);
+        let axes = [[1, 2, 0][kz], [2, 0, 1][kz], kz];
         let d_array = d.to_array();
         let rcp_largest = 1.0 / d_array[axes[2]];
         let rcp = size.max(Vec3::splat(1e-18)).copysign(d).recip();
@@ -94,10 +92,14 @@ impl TreeRay {
         }
     }
 
-    /// A distance of the whole ray, as a bound for distances in the tree.
+    /// A distance of the whole ray in the tree: bounds from below and above.
     #[inline(always)]
-    pub(crate) fn limit(&self, t: f32) -> f32 {
-        (t - self.t_start) * (1.0 + f32::EPSILON)
+    pub(crate) fn distance_bounds(&self, t: f32) -> (f32, f32) {
+        const SLACK: f32 = 2.0 * f32::EPSILON;
+        (
+            t * (1.0 - SLACK) - self.t_start,
+            t * (1.0 + SLACK) - self.t_start,
+        )
     }
 
     /// A point in the plane across the ray, in the arithmetic that all kernels share.

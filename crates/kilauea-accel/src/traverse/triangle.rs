@@ -14,15 +14,9 @@ pub(crate) fn intersect(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> Option<[f
     let [kx, ky, kz] = ray.axes;
     let rcp_largest = 1.0 / ray.dir_f64[kz];
     let shear = [ray.dir_f64[kx] * rcp_largest, ray.dir_f64[ky] * rcp_largest];
-    // Corners in the plane across the ray from its true origin, and how far along the last axis.
-    let [(a, a_along), (b, b_along), (c, c_along)] = [0, 1, 2].map(|corner| {
-        let from_origin =
-            |axis| f64::from(triangle.coordinate(corner, axis)) - ray.origin_f64[axis];
-        let along = from_origin(kz);
-        let x = from_origin(kx) - shear[0] * along;
-        let y = from_origin(ky) - shear[1] * along;
-        ([x, y], along)
-    });
+    let (a, a_along) = sheared_f64(triangle, 0, ray, shear);
+    let (b, b_along) = sheared_f64(triangle, 1, ray, shear);
+    let (c, c_along) = sheared_f64(triangle, 2, ray, shear);
     let mut weights = edge_functions(a, b, c);
     let least = weights[0].min(weights[1]).min(weights[2]);
     let most = weights[0].max(weights[1]).max(weights[2]);
@@ -63,6 +57,21 @@ fn weights_at_border(
         return Some(decisive.map(f64::abs));
     }
     Some(kept)
+}
+
+/// A corner in the plane across the ray from its true origin, and how far along the last axis.
+#[inline(always)]
+fn sheared_f64(
+    triangle: &LeafTriangle<'_>,
+    corner: usize,
+    ray: &TreeRay,
+    shear: [f64; 2],
+) -> ([f64; 2], f64) {
+    let [kx, ky, kz] = ray.axes;
+    let x = f64::from(triangle.coordinate(corner, kx)) - ray.origin_f64[kx];
+    let y = f64::from(triangle.coordinate(corner, ky)) - ray.origin_f64[ky];
+    let along = f64::from(triangle.coordinate(corner, kz)) - ray.origin_f64[kz];
+    ([x - shear[0] * along, y - shear[1] * along], along)
 }
 
 /// Twice the signed areas that the origin spans with the edges opposite to each corner.

@@ -1,6 +1,7 @@
 //! Queries: leaves of triangles, and instances above them.
 
-use super::kernel::Kernel;
+use super::keep::Keep;
+use super::kernel::{Distances, Kernel};
 use super::tree_ray::TreeRay;
 use super::triangle;
 use super::walk::{Visitor, any_order, near_first};
@@ -54,7 +55,7 @@ pub(crate) fn closest<K: Kernel>(
     kernel: K,
     scene: Scene<'_>,
     ray: &Ray,
-    keep: impl FnMut(&Hit) -> bool,
+    keep: impl Keep,
 ) -> Option<Hit> {
     let mut search = Search::new(ray, keep);
     let world_ray = TreeRay::world(ray);
@@ -81,12 +82,7 @@ pub(crate) fn closest<K: Kernel>(
 
 /// Whether `keep` accepts any hit.
 #[inline(always)]
-pub(crate) fn occluded<K: Kernel>(
-    kernel: K,
-    scene: Scene<'_>,
-    ray: &Ray,
-    keep: impl FnMut(&Hit) -> bool,
-) -> bool {
+pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
     let mut search = Search::new(ray, keep);
     let world_ray = TreeRay::world(ray);
     match scene {
@@ -116,7 +112,7 @@ struct Search<F> {
     keep: F,
 }
 
-impl<F: FnMut(&Hit) -> bool> Search<F> {
+impl<F: Keep> Search<F> {
     #[inline(always)]
     fn new(ray: &Ray, keep: F) -> Self {
         Self {
@@ -135,7 +131,7 @@ impl<F: FnMut(&Hit) -> bool> Search<F> {
     /// Takes the hit if it wins.
     #[inline(always)]
     fn offer(&mut self, hit: Hit) -> bool {
-        let better = hit.t > self.t_min && hit.wins_over(&self.best) && (self.keep)(&hit);
+        let better = hit.t > self.t_min && hit.wins_over(&self.best) && self.keep.keep(&hit);
         if better {
             self.best = hit;
         }
@@ -144,17 +140,74 @@ impl<F: FnMut(&Hit) -> bool> Search<F> {
 }
 
 /// Leaves of triangles.
+///
+/// Positions in `f64` are found for hits that need them: where rounding could change what wins,
+/// and once more for the winner. Until then a hit that is certain stands by the bounds of its
+/// distance.
 struct TreeLeaves<'a, K: Kernel, F, const ANY: bool> {
     kernel: K,
     tree: &'a Tree,
     ray: &'a TreeRay,
     leaf_ray: K::LeafRay,
     id_base: u32,
+    /// The best hit so far is not nearer than this ...
+    nearest: f32,
+    /// ... nor beyond this.
     limit: f32,
+    /// Of the certain hits of a leaf; kept here so that it is made once.
+    distances: Distances,
+    /// Leaf and lane of the best hit, while its position is not known.
+    pending: Option<(u32, usize)>,
     search: &'a mut Search<F>,
 }
 
-impl<K: Kernel, F: FnMut(&Hit) -> bool, const ANY: bool> Visitor for TreeLeaves<'_, K, F, ANY> {
+impl<'a, K: Kernel, F: Keep, const ANY: bool> TreeLeaves<'a, K, F, ANY> {
+    #[inline(always)]
+    fn new(
+        kernel: K,
+        tree: &'a Tree,
+        ray: &'a TreeRay,
+        id_base: u32,
+        search: &'a mut Search<F>,
+    ) -> Self {
+        let (nearest, limit) = ray.distance_bounds(search.best.t);
+        Self {
+            kernel,
+            tree,
+            ray,
+            leaf_ray: kernel.leaf_ray(ray),
+            id_base,
+            nearest,
+            limit,
+            distances: Distances::NONE,
+            pending: None,
+            search,
+        }
+    }
+
+    /// Finds where the ray meets the triangle, and takes that if it wins.
+    #[inline(always)]
+    fn offer(&mut self, leaf: u32, lane: usize) -> bool {
+        let leaf = self.kernel.item(&self.tree.leaves, leaf);
+        let wins = triangle::intersect(&leaf.lane(lane), self.ray)
+            .is_some_and(|place| self.search.offer(leaf.hit(lane, place, self.id_base)));
+        if wins {
+            (self.nearest, self.limit) = self.ray.distance_bounds(self.search.best.t);
+        }
+        wins
+    }
+
+    /// Finds where the best hit is, if that is still to do.
+    #[inline(always)]
+    fn settle(&mut self) {
+        if let Some((leaf, lane)) = self.pending.take() {
+            let wins = self.offer(leaf, lane);
+            debug_assert!(wins, "a certain hit was none");
+        }
+    }
+}
+
+impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K, F, ANY> {
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.limit
@@ -162,18 +215,27 @@ impl<K: Kernel, F: FnMut(&Hit) -> bool, const ANY: bool> Visitor for TreeLeaves<
 
     #[inline(always)]
     fn visit(&mut self, leaf: u32, _t_entry: f32) -> bool {
-        let leaf = self.kernel.item(&self.tree.leaves, leaf);
-        let mut candidates = self.kernel.candidates(&self.leaf_ray, self.limit, leaf);
-        while candidates != 0 {
-            let lane = (candidates.trailing_zeros() & 7) as usize;
-            candidates &= candidates - 1;
-            if let Some(place) = triangle::intersect(&leaf.lane(lane), self.ray)
-                && self.search.offer(leaf.hit(lane, place, self.id_base))
-            {
-                if ANY {
+        let block = self.kernel.item(&self.tree.leaves, leaf);
+        let candidates =
+            self.kernel
+                .candidates(&self.leaf_ray, self.limit, block, &mut self.distances);
+        if ANY && F::ALL && candidates.certain != 0 {
+            return true;
+        }
+        let mut open = candidates.possible;
+        while open != 0 {
+            let lane = (open.trailing_zeros() & 7) as usize;
+            open &= open - 1;
+            let is_certain = F::ALL && candidates.certain >> lane & 1 != 0;
+            if is_certain && self.distances.furthest.0[lane] < self.nearest {
+                self.nearest = self.distances.nearest.0[lane];
+                self.limit = self.distances.furthest.0[lane];
+                self.pending = Some((leaf, lane));
+            } else if !is_certain || self.distances.nearest.0[lane] <= self.limit {
+                self.settle();
+                if self.offer(leaf, lane) && ANY {
                     return true;
                 }
-                self.limit = self.ray.limit(self.search.best.t);
             }
         }
         false
@@ -191,18 +253,11 @@ fn closest_in_tree<K: Kernel>(
     tree: &Tree,
     ray: &TreeRay,
     id_base: u32,
-    search: &mut Search<impl FnMut(&Hit) -> bool>,
+    search: &mut Search<impl Keep>,
 ) {
-    let mut visitor = TreeLeaves::<_, _, false> {
-        kernel,
-        tree,
-        ray,
-        leaf_ray: kernel.leaf_ray(ray),
-        id_base,
-        limit: ray.limit(search.best.t),
-        search,
-    };
+    let mut visitor = TreeLeaves::<_, _, false>::new(kernel, tree, ray, id_base, search);
     near_first(kernel, &tree.nodes, &kernel.node_ray(ray), &mut visitor);
+    visitor.settle();
 }
 
 #[inline(always)]
@@ -211,17 +266,9 @@ fn any_in_tree<K: Kernel>(
     tree: &Tree,
     ray: &TreeRay,
     id_base: u32,
-    search: &mut Search<impl FnMut(&Hit) -> bool>,
+    search: &mut Search<impl Keep>,
 ) -> bool {
-    let mut visitor = TreeLeaves::<_, _, true> {
-        kernel,
-        tree,
-        ray,
-        leaf_ray: kernel.leaf_ray(ray),
-        id_base,
-        limit: ray.limit(search.best.t),
-        search,
-    };
+    let mut visitor = TreeLeaves::<_, _, true>::new(kernel, tree, ray, id_base, search);
     any_order(kernel, &tree.nodes, &kernel.node_ray(ray), &mut visitor)
 }
 
@@ -235,7 +282,7 @@ struct TopLeaves<'a, K, F, const ANY: bool> {
     search: &'a mut Search<F>,
 }
 
-impl<K: Kernel, F: FnMut(&Hit) -> bool, const ANY: bool> Visitor for TopLeaves<'_, K, F, ANY> {
+impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TopLeaves<'_, K, F, ANY> {
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.search.best.t

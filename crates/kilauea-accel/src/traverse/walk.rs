@@ -1,6 +1,6 @@
 //! Orders of visit through one tree.
 
-use super::kernel::{Entries, Kernel};
+use super::kernel::{Kernel, Lanes};
 use super::stack::{Entry, Stack, Storage, distance, entry, link};
 use crate::node::{LEAF, Node8};
 
@@ -63,7 +63,7 @@ struct Children<'a, K, V> {
     visitor: &'a V,
     nodes: &'a [Node8],
     node: &'a Node8,
-    entries: &'a Entries,
+    entries: &'a Lanes,
     mask: u32,
 }
 

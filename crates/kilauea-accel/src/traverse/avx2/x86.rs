@@ -2,7 +2,7 @@ use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::{
     __m128, __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_prefetch,
     _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_cmp_ps,
-    _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
+    _mm256_div_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
     _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps, _mm256_setzero_ps,
     _mm256_store_ps, _mm256_sub_ps, _mm256_xor_ps,
 };
@@ -10,10 +10,14 @@ use std::mem::MaybeUninit;
 
 use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
-use crate::traverse::kernel::{Entries, Kernel};
+use crate::traverse::keep::Keep;
+use crate::traverse::kernel::{Candidates, Distances, Kernel, Lanes};
 use crate::traverse::stack::{Entry, Storage};
 use crate::traverse::tree_ray::TreeRay;
 use crate::traverse::two_level::{self, Scene};
+
+/// Products of tiny triangles lose digits below this: nothing there is certain.
+const UNDERFLOW: f32 = 1e-34;
 
 /// Proof that the processor has AVX2, FMA, BMI and POPCNT: only [`Avx2::detect`] makes one.
 #[derive(Clone, Copy, Debug)]
@@ -30,35 +34,25 @@ impl Avx2 {
     }
 
     #[inline(always)]
-    pub(crate) fn closest(
-        self,
-        scene: Scene<'_>,
-        ray: &Ray,
-        keep: impl FnMut(&Hit) -> bool,
-    ) -> Option<Hit> {
+    pub(crate) fn closest(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
         // SAFETY: `self` proves the features.
         unsafe { closest(self, scene, ray, keep) }
     }
 
     #[inline(always)]
-    pub(crate) fn occluded(
-        self,
-        scene: Scene<'_>,
-        ray: &Ray,
-        keep: impl FnMut(&Hit) -> bool,
-    ) -> bool {
+    pub(crate) fn occluded(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
         // SAFETY: `self` proves the features.
         unsafe { occluded(self, scene, ray, keep) }
     }
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn closest(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl FnMut(&Hit) -> bool) -> Option<Hit> {
+fn closest(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
     two_level::closest(avx2, scene, ray, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn occluded(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl FnMut(&Hit) -> bool) -> bool {
+fn occluded(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
     two_level::occluded(avx2, scene, ray, keep)
 }
 
@@ -126,10 +120,10 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn slabs(self, ray: &NodeRay, limit: f32, node: &Node8) -> (u32, Entries) {
-        let mut entries = Entries([0.0; 8]);
+    fn slabs(self, ray: &NodeRay, limit: f32, node: &Node8) -> (u32, Lanes) {
+        let mut entries = Lanes([0.0; 8]);
         // SAFETY: `self` proves the features; `near_plane` is below 6, and flipping bit 0 keeps it
-        // so; a row of planes is 32 bytes in a node aligned to 64, and `Entries` is aligned to 32.
+        // so; a row of planes is 32 bytes in a node aligned to 64, and `Lanes` is aligned to 32.
         unsafe {
             let near_x = slab(node, ray.near_plane[0], ray.origin[0], ray.near_rcp[0]);
             let near_y = slab(node, ray.near_plane[1], ray.origin[1], ray.near_rcp[1]);
@@ -152,8 +146,15 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn candidates(self, ray: &LeafRay, limit: f32, leaf: &PairLeaf) -> u32 {
-        // SAFETY: `self` proves the features.
+    fn candidates(
+        self,
+        ray: &LeafRay,
+        limit: f32,
+        leaf: &PairLeaf,
+        distances: &mut Distances,
+    ) -> Candidates {
+        // SAFETY: `self` proves the features; rows of corners are aligned to 16 bytes, each but
+        // the last of an axis is followed by the next, and `Lanes` is aligned to 32.
         unsafe {
             let rows = leaf.corners.as_ptr().cast::<f32>();
             let row = |axis: usize, corner: usize| rows.add(axis * 16 + corner * 4);
@@ -172,28 +173,65 @@ impl Kernel for Avx2 {
                 _mm256_cmp_ps::<_CMP_GE_OQ>(low, zero),
                 _mm256_cmp_ps::<_CMP_LE_OQ>(high, zero),
             );
+            if _mm256_movemask_ps(inside) == 0 {
+                return Candidates {
+                    possible: 0,
+                    certain: 0,
+                };
+            }
 
-            // Distance times `scale`, and how far off it may be. A NaN excludes nothing.
+            // Distance times `scale`, and how far off it and the edge functions may be.
             let minus_zero = _mm256_set1_ps(-0.0);
             let scale = _mm256_mul_ps(_mm256_add_ps(_mm256_add_ps(u, v), w), ray.dir_largest);
             let along = _mm256_fmadd_ps(u, az, _mm256_fmadd_ps(v, bz, _mm256_mul_ps(w, cz)));
             let distance = _mm256_xor_ps(along, _mm256_and_ps(scale, minus_zero));
             let scale = _mm256_andnot_ps(minus_zero, scale);
-            let error = _mm256_fmadd_ps(
-                _mm256_set1_ps(leaf.error[0]),
-                _mm256_add_ps(_mm256_andnot_ps(minus_zero, az), ray.rounded_size),
-                _mm256_set1_ps(leaf.error[1]),
+            let [edge_error, longest] = leaf.error;
+            let reach = _mm256_add_ps(
+                _mm256_andnot_ps(minus_zero, az),
+                _mm256_add_ps(ray.rounded_size, _mm256_set1_ps(3.0 * longest)),
             );
-            let before = _mm256_cmp_ps::<_CMP_LT_OQ>(
-                _mm256_add_ps(distance, error),
-                _mm256_mul_ps(scale, ray.t_min),
+            let underflow = _mm256_set1_ps(UNDERFLOW);
+            let edge_error = _mm256_fmadd_ps(_mm256_set1_ps(edge_error), reach, underflow);
+            let error = _mm256_fmadd_ps(_mm256_set1_ps(6.0 * longest), edge_error, underflow);
+
+            // What is not certainly out of the range is possible; a NaN excludes nothing.
+            let nearest = _mm256_sub_ps(distance, error);
+            let furthest = _mm256_add_ps(distance, error);
+            let begin = _mm256_mul_ps(scale, ray.t_min);
+            let end = _mm256_mul_ps(scale, _mm256_set1_ps(limit));
+            let outside = _mm256_or_ps(
+                _mm256_cmp_ps::<_CMP_LT_OQ>(furthest, begin),
+                _mm256_cmp_ps::<_CMP_GT_OQ>(nearest, end),
             );
-            let beyond = _mm256_cmp_ps::<_CMP_GT_OQ>(
-                _mm256_sub_ps(distance, error),
-                _mm256_mul_ps(scale, _mm256_set1_ps(limit)),
+            let clear_of_edges = _mm256_or_ps(
+                _mm256_cmp_ps::<_CMP_GT_OQ>(low, edge_error),
+                _mm256_cmp_ps::<_CMP_GT_OQ>(_mm256_xor_ps(high, minus_zero), edge_error),
             );
-            let outside = _mm256_or_ps(before, beyond);
-            _mm256_movemask_ps(_mm256_andnot_ps(outside, inside)) as u32
+            let in_range = _mm256_and_ps(
+                _mm256_cmp_ps::<_CMP_GT_OQ>(nearest, begin),
+                _mm256_cmp_ps::<_CMP_LT_OQ>(furthest, end),
+            );
+            let certain = _mm256_and_ps(clear_of_edges, in_range);
+
+            let candidates = Candidates {
+                possible: _mm256_movemask_ps(_mm256_andnot_ps(outside, inside)) as u32,
+                certain: _mm256_movemask_ps(certain) as u32,
+            };
+            if candidates.certain != 0 {
+                let rcp_scale = _mm256_div_ps(_mm256_set1_ps(1.0), scale);
+                let below = _mm256_set1_ps(1.0 - 4.0 * f32::EPSILON);
+                let above = _mm256_set1_ps(1.0 + 4.0 * f32::EPSILON);
+                _mm256_store_ps(
+                    distances.nearest.0.as_mut_ptr(),
+                    _mm256_mul_ps(_mm256_mul_ps(nearest, rcp_scale), below),
+                );
+                _mm256_store_ps(
+                    distances.furthest.0.as_mut_ptr(),
+                    _mm256_mul_ps(_mm256_mul_ps(furthest, rcp_scale), above),
+                );
+            }
+            candidates
         }
     }
 
