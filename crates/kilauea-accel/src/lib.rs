@@ -22,6 +22,7 @@ mod accel;
 mod build;
 mod geometry;
 mod node;
+mod primitive;
 mod ray;
 mod traverse;
 mod validate;
