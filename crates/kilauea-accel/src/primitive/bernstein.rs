@@ -98,6 +98,8 @@ pub(crate) fn span<const N: usize>(c: &[f64; N]) -> (f64, f64) {
 /// polynomial (Bézier clipping, Sederberg & Nishita 1990).
 #[inline]
 pub(crate) fn clip_nonnegative<const N: usize>(c: &[f64; N]) -> Option<(f64, f64)> {
+    // Rounding must not take away the end of a range.
+    const SLACK: f64 = 1e-9;
     if c.iter().all(|&c| c < 0.0) {
         return None;
     }
@@ -111,8 +113,6 @@ pub(crate) fn clip_nonnegative<const N: usize>(c: &[f64; N]) -> Option<(f64, f64
     };
     let from = crossing(&|i| c[i]);
     let to = 1.0 - crossing(&|i| c[N - 1 - i]);
-    // Rounding must not take away the end of a range.
-    const SLACK: f64 = 1e-9;
     let (from, to) = ((from - SLACK).max(0.0), (to + SLACK).min(1.0));
     (from <= to).then_some((from, to))
 }

@@ -83,14 +83,9 @@ pub(crate) mod tests {
     fn bounds_hold_all_balls_and_touch_some() {
         let mut random = Random(5);
         for _ in 0..300 {
-            let mut curve = [[0.0; 4]; 4];
-            for i in 0..4 {
-                let p = random.point();
-                for axis in 0..3 {
-                    curve[axis][i] = p[axis];
-                }
-                curve[3][i] = 0.3 * random.unit();
-            }
+            let points = [0; 4].map(|_| random.point());
+            let [x, y, z] = [0, 1, 2].map(|axis| points.map(|p| p[axis]));
+            let curve = [x, y, z, [0; 4].map(|_| 0.3 * random.unit())];
             let bounds = bounds(&curve);
             let mut sampled = Bounds3::EMPTY;
             for i in 0..=2000 {

@@ -20,6 +20,6 @@ mod round;
 mod segment;
 mod sphere;
 
-pub(crate) use ray_frame::{Place, RayFrame};
+pub(crate) use ray_frame::RayFrame;
 pub(crate) use segment::{CurveShape, Piece, Segment};
 pub(crate) use sphere::Sphere;

@@ -11,6 +11,14 @@ pub(crate) struct Place {
     pub(crate) v: f64,
 }
 
+impl Place {
+    /// Distance, along, across.
+    #[inline]
+    pub(crate) fn rounded(self) -> [f32; 3] {
+        [self.t as f32, self.u as f32, self.v as f32]
+    }
+}
+
 /// Orthonormal axes of which z is the direction of a ray, at its origin. Depths are coordinates
 /// along z.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +47,18 @@ impl RayFrame {
             dir_length,
             start: 0.5 * (f64::from(t_min) + next) * dir_length,
         }
+    }
+
+    /// Where the ray starts.
+    #[inline]
+    pub(crate) fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// The axes across the ray.
+    #[inline]
+    pub(crate) fn across_axes(&self) -> [DVec3; 2] {
+        [self.x, self.y]
     }
 
     /// Coordinates of a point.

@@ -36,7 +36,7 @@ pub(crate) struct Piece {
 }
 
 impl Piece {
-    const WHOLE: Self = Self { from: 0, to: 8 };
+    pub(crate) const WHOLE: Self = Self { from: 0, to: 8 };
 
     fn range(self) -> [f64; 2] {
         [self.from, self.to].map(|eighths| f64::from(eighths) / 8.0)
@@ -52,12 +52,13 @@ impl Segment {
     /// place.
     pub(crate) fn intersect(
         &self,
-        normals: &[[f32; 3]; 4],
+        normals: Option<&[[f32; 3]; 4]>,
         piece: Piece,
         ray: &RayFrame,
         limit: f32,
     ) -> Option<Place> {
-        let limit = ray.depth(limit);
+        // A hit a little beyond may round to the limit.
+        let limit = ray.depth(limit.next_up());
         let local = self.points.map(|[x, y, z, r]| {
             let [x, y, z] = ray.local([x, y, z]);
             [x, y, z, f64::from(r)]
@@ -71,12 +72,18 @@ impl Segment {
             CurveShape::RoundBezier => round::intersect(&curve, range, ray, limit),
             CurveShape::FacingBezier => ribbon::intersect_facing(&curve, range, ray, limit),
             CurveShape::Oriented => {
-                let normals = normals.map(|n| ray.local_dir(n));
+                let normals = normals?.map(|n| ray.local_dir(n));
                 let [x, y, z, r] = curve;
                 let [nx, ny, nz] = [0, 1, 2].map(|axis| normals.map(|n| n[axis]));
                 ribbon::intersect_oriented(&[x, y, z, r, nx, ny, nz], range, ray, limit)
             }
         }
+    }
+
+    /// The largest coordinate, with the radius.
+    pub(crate) fn size(&self) -> f32 {
+        let extent = |[x, y, z, r]: [f32; 4]| x.abs().max(y.abs()).max(z.abs()) + r;
+        self.points.map(extent).into_iter().fold(0.0, f32::max)
     }
 
     /// A box around the piece.
