@@ -36,12 +36,11 @@ fn main() -> std::io::Result<()> {
             continue;
         }
         let geometry = Geometry {
-            meshes: vec![(&mesh.positions, &mesh.indices)],
+            meshes: vec![kilauea_accel::Mesh::still(&mesh.positions, &mesh.indices)],
+            ..Geometry::default()
         };
-        let place = |x: f64| Placement {
-            geometry: 0,
-            world_from_geometry: DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)),
-        };
+        let place =
+            |x: f64| Placement::still(0, DAffine3::from_translation(DVec3::new(x, 0.0, 0.0)));
         for (name, quality, places) in [
             ("preview", Quality::Preview, vec![place(0.0)]),
             ("final", Quality::Final, vec![place(0.0)]),
@@ -117,7 +116,7 @@ impl Rays {
             let Some(hit) = accel.intersect(&ray) else {
                 continue;
             };
-            let corners = mesh.indices[hit.triangle as usize]
+            let corners = mesh.indices[hit.primitive as usize]
                 .map(|i| Vec3::from_array(mesh.positions[i as usize]));
             let n = (corners[1] - corners[0])
                 .cross(corners[2] - corners[0])

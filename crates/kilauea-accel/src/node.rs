@@ -1,7 +1,9 @@
 //! The tree as the kernels read it.
 
+use crate::motion::lerp;
 use crate::ray::Hit;
 use kilauea_math::{Bounds3, Vec3};
+use std::ops::Deref;
 
 /// Marks a child link as a leaf block (or an instance, in the top tree).
 pub(crate) const LEAF: u32 = 1 << 31;
@@ -61,6 +63,34 @@ impl Node8 {
     }
 }
 
+/// Nodes that a walk can go through.
+pub(crate) trait WalkNode: Sized {
+    /// The node at a moment.
+    type Still<'a>: Deref<Target = Node8>
+    where
+        Self: 'a;
+
+    /// The node at a fraction of the interval between two motion keys.
+    fn at(&self, fraction: f32) -> Self::Still<'_>;
+
+    /// The nodes of a tree whose links are those of `nodes`; `leaf_boxes` gives the boxes around a
+    /// leaf at both ends of the interval.
+    fn over(nodes: Vec<Node8>, leaf_boxes: impl Fn(usize) -> [Bounds3; 2]) -> Vec<Self>;
+}
+
+impl WalkNode for Node8 {
+    type Still<'a> = &'a Self;
+
+    #[inline(always)]
+    fn at(&self, _fraction: f32) -> &Self {
+        self
+    }
+
+    fn over(nodes: Vec<Self>, _leaf_boxes: impl Fn(usize) -> [Bounds3; 2]) -> Vec<Self> {
+        nodes
+    }
+}
+
 /// Four pairs of triangles that share an edge. Corners a to d of a pair make the triangles (a, b, c)
 /// and (a, c, d); the first of a pair has the lane of the pair, the second that lane plus four.
 /// Corners that a lane does not have are NaN, which no test accepts.
@@ -91,6 +121,22 @@ impl PairLeaf {
         order: [0; 8],
     };
 
+    /// The leaf between this one and `last`, which holds the same triangles.
+    #[inline(always)]
+    pub(crate) fn between(&self, last: &Self, fraction: f32) -> Self {
+        let mut leaf = *self;
+        for axis in 0..3 {
+            for corner in 0..4 {
+                for lane in 0..4 {
+                    let first = self.corners[axis][corner][lane];
+                    leaf.corners[axis][corner][lane] =
+                        lerp(first, last.corners[axis][corner][lane], fraction);
+                }
+            }
+        }
+        leaf
+    }
+
     /// The lanes with a triangle.
     pub(crate) fn used_lanes(&self) -> impl Iterator<Item = usize> {
         (0..8).filter(|&lane| self.triangle[lane] != u32::MAX)
@@ -113,7 +159,7 @@ impl PairLeaf {
             t,
             u,
             v,
-            triangle: self.triangle[lane],
+            primitive: self.triangle[lane],
             instance: id_base + self.instance[lane & 3],
         }
     }

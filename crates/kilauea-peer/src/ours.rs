@@ -1,6 +1,6 @@
 //! All that the benchmark asks of `kilauea-accel`.
 
-use kilauea_accel::{Accel, BuildOptions, Geometry, Placement, Quality, Ray};
+use kilauea_accel::{Accel, BuildOptions, Geometry, Mesh, Placement, Quality, Ray};
 use kilauea_math::{DAffine3, Vec3};
 use std::hint::black_box;
 
@@ -17,12 +17,10 @@ impl Ours {
     /// Builds on the threads of rayon's current pool.
     pub fn build(mesh: &TriangleMesh, quality: Quality) -> Self {
         let geometry = Geometry {
-            meshes: vec![(mesh.positions(), mesh.triangles())],
+            meshes: vec![Mesh::still(mesh.positions(), mesh.triangles())],
+            ..Geometry::default()
         };
-        let placement = Placement {
-            geometry: 0,
-            world_from_geometry: DAffine3::IDENTITY,
-        };
+        let placement = Placement::still(0, DAffine3::IDENTITY);
         let options = BuildOptions {
             quality,
             ..BuildOptions::default()
@@ -38,7 +36,7 @@ impl Ours {
     /// Distance and triangle of the nearest hit.
     pub(crate) fn hit(&self, ray: &Segment) -> Option<(f32, u32)> {
         let hit = self.0.intersect(&accel_ray(ray))?;
-        Some((hit.t, hit.triangle))
+        Some((hit.t, hit.primitive))
     }
 }
 
@@ -58,9 +56,8 @@ impl Tracer for Ours {
 #[inline(always)]
 fn accel_ray(ray: &Segment) -> Ray {
     Ray {
-        origin: Vec3::from_array(ray.origin),
-        dir: Vec3::from_array(ray.dir),
         t_min: ray.t_min,
         t_max: ray.t_max,
+        ..Ray::new(Vec3::from_array(ray.origin), Vec3::from_array(ray.dir))
     }
 }

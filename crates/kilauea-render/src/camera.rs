@@ -96,10 +96,12 @@ impl RayGenerator {
         let distance_per_depth = unnormalized.length();
         CameraRay {
             ray: Ray {
-                origin: self.eye + self.right * origin.x + self.up * origin.y,
-                dir: unnormalized / distance_per_depth,
                 t_min: self.clipping_range[0] * distance_per_depth,
                 t_max: self.clipping_range[1] * distance_per_depth,
+                ..Ray::new(
+                    self.eye + self.right * origin.x + self.up * origin.y,
+                    unnormalized / distance_per_depth,
+                )
             },
             distance_per_depth,
         }

@@ -1,6 +1,6 @@
 //! The scene's surfaces as rays find them: placed prototypes, their chunks and their shaders.
 
-use kilauea_accel::{Accel, BuildOptions, Hit, Placement, Quality, Ray};
+use kilauea_accel::{Accel, BuildOptions, Hit, Mesh, Placement, Quality, Ray};
 use kilauea_math::{DAffine3, Mat3, Vec2, Vec3, gamma};
 use kilauea_scene::{InstanceAttribute, MeshChunk, Scene};
 use kilauea_shading::{PrimvarLayout, PrimvarSlot, Surface};
@@ -106,8 +106,9 @@ impl Geometry {
                 meshes: prototype
                     .chunks
                     .iter()
-                    .map(|c| (&c.positions[..], &c.triangles[..]))
+                    .map(|c| Mesh::still(&c.positions, &c.triangles))
                     .collect(),
+                ..kilauea_accel::Geometry::default()
             })
             .collect();
         let options = BuildOptions {
@@ -182,12 +183,12 @@ impl Geometry {
         let before = &self.prototypes[placed.prototype as usize].triangles_before;
         let chunk = match before.len() {
             1 => 0,
-            _ => before.partition_point(|&n| n <= hit.triangle) - 1,
+            _ => before.partition_point(|&n| n <= hit.primitive) - 1,
         };
         TriangleRef {
             placement: hit.instance,
             chunk: chunk as u32,
-            triangle: hit.triangle - before[chunk],
+            triangle: hit.primitive - before[chunk],
         }
     }
 
@@ -309,10 +310,8 @@ impl Interaction<'_> {
     #[inline]
     pub fn spawn_ray(&self, dir: Vec3, t_max: f32) -> Ray {
         Ray {
-            origin: self.offset_origin(dir),
-            dir,
-            t_min: 0.0,
             t_max,
+            ..Ray::new(self.offset_origin(dir), dir)
         }
     }
 
@@ -397,10 +396,8 @@ impl Flattening<'_> {
                 attributes,
                 instance_id,
             });
-            self.accel_placements.push(Placement {
-                geometry: prototype_idx,
-                world_from_geometry: engine_from_chunk,
-            });
+            self.accel_placements
+                .push(Placement::still(prototype_idx, engine_from_chunk));
         }
         for (group_idx, group) in prototype.instances.iter().enumerate() {
             for (idx, &parent_from_prototype) in group.parent_from_prototype.iter().enumerate() {

@@ -2,13 +2,16 @@
 
 mod balanced;
 mod binary;
+mod blocks;
 mod buckets;
 mod pair;
+mod parts;
+mod plan;
 mod soup;
 mod top;
 mod wide;
 
-pub(crate) use soup::Soup;
+pub(crate) use plan::Plan;
 pub(crate) use top::{build_top, instance_bounds};
 
 use crate::geometry::Quality;
@@ -17,6 +20,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use pair::Pair;
 use rayon::prelude::*;
+use soup::Soup;
 use wide::{WideOptions, widen};
 
 /// Stack entries kept for the tree over buckets; the rest is for the tree of one bucket.
@@ -43,6 +47,7 @@ fn build_bucket(pairs: &[Pair], quality: Quality) -> Tree {
     let options = WideOptions {
         max_leaf_size: 4,
         leaf_cost: 1.0,
+        primitive_cost: 0.0,
     };
     let bvh = binary::over_pairs(pairs, quality);
     let (nodes, groups) = bounded_widen(bvh, options, STACK_CAPACITY - TOP_STACK, || {

@@ -48,6 +48,17 @@ impl Pair {
         (pair.bounds().half_area() <= a + b).then_some(pair)
     }
 
+    /// The pairs at both ends of an interval between motion keys, if the triangles share the same
+    /// edge at both.
+    pub(crate) fn joined_alike(
+        first: &[SoupTriangle; 2],
+        second: &[SoupTriangle; 2],
+    ) -> Option<[Self; 2]> {
+        let begin = Self::joined(&first[0], &second[0])?;
+        let end = Self::joined(&first[1], &second[1])?;
+        (begin.order == end.order).then_some([begin, end])
+    }
+
     pub(crate) fn bounds(&self) -> Aabb {
         bounds_of(&self.corners)
     }

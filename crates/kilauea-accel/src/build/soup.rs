@@ -1,5 +1,6 @@
 use super::pair::Pair;
 use crate::geometry::Geometry;
+use crate::visibility::Visibility;
 use kilauea_math::{DAffine3, DVec3};
 
 /// Coordinates beyond this are refused: areas and edge functions must stay finite in `f32`.
@@ -17,12 +18,17 @@ impl SoupTriangle {
     /// In range, and not so thin that its area is zero.
     fn is_valid(&self) -> bool {
         let in_range = self.v.iter().flatten().all(|x| x.abs() <= MAX_COORDINATE);
-        let [a, b, c] = self.v.map(|p| DVec3::from_array(p.map(f64::from)));
-        in_range && (b - a).cross(c - a) != DVec3::ZERO
+        in_range && has_area(&self.v)
     }
 }
 
-/// The valid triangles of one tree, in pairs where neighbours in the mesh share an edge.
+/// Whether a triangle is not so thin that its area is zero.
+pub(crate) fn has_area(v: &[[f32; 3]; 3]) -> bool {
+    let [a, b, c] = v.map(|p| DVec3::from_array(p.map(f64::from)));
+    (b - a).cross(c - a) != DVec3::ZERO
+}
+
+/// The valid still triangles of one tree, in pairs where neighbours in the mesh share an edge.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Soup {
     pub(crate) pairs: Vec<Pair>,
@@ -33,24 +39,25 @@ pub(crate) struct Soup {
 }
 
 impl Soup {
-    /// A geometry in its own space.
-    pub(crate) fn from_geometry(geometry: &Geometry<'_>) -> Self {
+    /// What stands still and has `visibility` of a geometry, in its own space.
+    pub(crate) fn from_geometry(geometry: &Geometry<'_>, visibility: Visibility) -> Self {
         let mut soup = Self::default();
-        soup.add_with(geometry, 0, |p| p);
+        soup.add_with(geometry, visibility, 0, |p| p);
         soup
     }
 
-    /// Adds a geometry in engine space, as the placement `instance`.
+    /// Adds what stands still and has `visibility` of a geometry in engine space, as the placement
+    /// `instance`.
     pub(crate) fn add_baked(
         &mut self,
-        geometry: &Geometry<'_>,
+        (geometry, visibility): (&Geometry<'_>, Visibility),
         instance: u32,
         world_from_geometry: &DAffine3,
     ) {
         if *world_from_geometry == DAffine3::IDENTITY {
-            return self.add_with(geometry, instance, |p| p);
+            return self.add_with(geometry, visibility, instance, |p| p);
         }
-        self.add_with(geometry, instance, |p| {
+        self.add_with(geometry, visibility, instance, |p| {
             let p = DVec3::from_array(p.map(f64::from));
             world_from_geometry.transform_point3(p).as_vec3().to_array()
         });
@@ -59,14 +66,20 @@ impl Soup {
     fn add_with(
         &mut self,
         geometry: &Geometry<'_>,
+        visibility: Visibility,
         instance: u32,
         place: impl Fn([f32; 3]) -> [f32; 3],
     ) {
         let mut triangle = 0;
-        for (positions, indices) in &geometry.meshes {
-            self.pairs.reserve(indices.len() / 2);
+        for mesh in &geometry.meshes {
+            if mesh.positions.len() > 1 || mesh.visibility != visibility {
+                triangle += mesh.triangles.len() as u32;
+                continue;
+            }
+            let positions = mesh.positions.first().copied().unwrap_or_default();
+            self.pairs.reserve(mesh.triangles.len() / 2);
             let mut open = None;
-            for corners in *indices {
+            for corners in mesh.triangles {
                 let v = corners.map(|i| positions.get(i as usize).copied());
                 let candidate = SoupTriangle {
                     v: v.map(|p| place(p.unwrap_or([f32::NAN; 3]))),

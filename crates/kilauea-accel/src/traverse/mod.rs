@@ -1,18 +1,23 @@
 //! The walks: one source, compiled once for every kernel.
 
 mod avx2;
+mod general;
 mod keep;
 mod kernel;
 mod portable;
+mod search;
 mod stack;
 mod tree_ray;
-mod triangle;
+pub(crate) mod triangle;
 mod two_level;
 mod walk;
 
 pub(crate) use avx2::Avx2;
+pub(crate) use general::Part;
 pub(crate) use keep::{Keep, KeepAll};
+pub(crate) use kernel::{Distances, Kernel};
 pub(crate) use portable::Portable;
+pub(crate) use tree_ray::TreeRay;
 pub(crate) use two_level::{Instance, Scene};
 
 use crate::ray::{Hit, Ray};

@@ -1,5 +1,5 @@
 use crate::ray::Ray;
-use kilauea_math::{DVec3, Vec3};
+use kilauea_math::{DAffine3, DVec3, Vec3};
 
 /// A ray in the space of one tree, with all that the tests derive from it.
 ///
@@ -44,11 +44,23 @@ impl TreeRay {
 
     /// A ray from `origin` along `dir` from `t_min` on, moved by `t_start <= t_min`.
     #[inline(always)]
-    pub(crate) fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f32) -> Self {
+    fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f32) -> Self {
         let moved = (origin + dir * f64::from(t_start)).as_vec3();
         let t_min = (t_min - t_start) * (1.0 - f32::EPSILON);
         let size = moved.abs().max_element();
         Self::with_rounded(moved, dir.as_vec3(), (origin, dir), t_min, t_start, size)
+    }
+
+    /// The ray in the space of an instance whose box it enters at `t_entry`, moved to there.
+    #[inline(always)]
+    pub(crate) fn transformed(geometry_from_world: &DAffine3, ray: &Ray, t_entry: f32) -> Self {
+        let t_start = t_entry * (1.0 - 1.0 / (1 << 20) as f32);
+        Self::moved(
+            geometry_from_world.transform_point3(ray.origin.as_dvec3()),
+            geometry_from_world.transform_vector3(ray.dir.as_dvec3()),
+            t_start.max(ray.t_min),
+            t_start,
+        )
     }
 
     #[inline(always)]

@@ -1,10 +1,13 @@
 //! Queries: leaves of triangles, and instances above them.
 
+use super::general::{Part, PartLeaves};
 use super::keep::Keep;
 use super::kernel::{Distances, Kernel};
+use super::search::Search;
 use super::tree_ray::TreeRay;
 use super::triangle;
 use super::walk::{Visitor, any_order, near_first};
+use crate::forest::Forest;
 use crate::node::{Node8, Tree};
 use crate::ray::{Hit, Ray};
 use kilauea_math::DAffine3;
@@ -12,13 +15,20 @@ use kilauea_math::DAffine3;
 /// What a walk goes through.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Scene<'a> {
-    /// TreeLeaves in engine space.
+    /// Triangles in engine space.
     Single(&'a Tree),
-    /// A tree whose leaves are instances.
-    TwoLevel {
+    /// A tree whose leaves are instances of triangles that stand still and that all rays meet.
+    Instanced {
         top: &'a [Node8],
         instances: &'a [Instance],
         trees: &'a [Tree],
+    },
+    /// A tree whose leaves are instances of anything.
+    General {
+        top: &'a [Node8],
+        instances: &'a [Instance],
+        parts: &'a [Part],
+        forest: &'a Forest,
     },
 }
 
@@ -26,7 +36,7 @@ pub(crate) enum Scene<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Instance {
     pub(crate) tree: u32,
-    /// What hits report; added to that of the triangles.
+    /// What hits report; added to that of the triangles, which have one where they are baked.
     pub(crate) id_base: u32,
     /// `None` where the tree is in engine space.
     pub(crate) geometry_from_world: Option<DAffine3>,
@@ -35,17 +45,11 @@ pub(crate) struct Instance {
 impl Instance {
     /// The ray in the tree's space, moved to where it enters the instance's box.
     #[inline(always)]
-    fn tree_ray(&self, ray: &Ray, world_ray: &TreeRay, t_entry: f32) -> TreeRay {
-        let Some(transform) = &self.geometry_from_world else {
-            return *world_ray;
-        };
-        let t_start = t_entry * (1.0 - 1.0 / (1 << 20) as f32);
-        TreeRay::moved(
-            transform.transform_point3(ray.origin.as_dvec3()),
-            transform.transform_vector3(ray.dir.as_dvec3()),
-            t_start.max(ray.t_min),
-            t_start,
-        )
+    pub(super) fn tree_ray(&self, ray: &Ray, world_ray: &TreeRay, t_entry: f32) -> TreeRay {
+        match &self.geometry_from_world {
+            None => *world_ray,
+            Some(geometry_from_world) => TreeRay::transformed(geometry_from_world, ray, t_entry),
+        }
     }
 }
 
@@ -61,7 +65,7 @@ pub(crate) fn closest<K: Kernel>(
     let world_ray = TreeRay::world(ray);
     match scene {
         Scene::Single(tree) => closest_in_tree(kernel, tree, &world_ray, 0, &mut search),
-        Scene::TwoLevel {
+        Scene::Instanced {
             top,
             instances,
             trees,
@@ -74,10 +78,37 @@ pub(crate) fn closest<K: Kernel>(
                 world_ray: &world_ray,
                 search: &mut search,
             };
-            near_first(kernel, top, &kernel.node_ray(&world_ray), &mut visitor);
+            near_first(
+                kernel,
+                (top, 0.0),
+                &kernel.node_ray(&world_ray),
+                &mut visitor,
+            );
+        }
+        Scene::General {
+            top,
+            instances,
+            parts,
+            forest,
+        } => {
+            let mut visitor = PartLeaves::<_, _, false> {
+                kernel,
+                instances,
+                parts,
+                forest,
+                ray,
+                world_ray: &world_ray,
+                search: &mut search,
+            };
+            near_first(
+                kernel,
+                (top, 0.0),
+                &kernel.node_ray(&world_ray),
+                &mut visitor,
+            );
         }
     }
-    (search.best.triangle != u32::MAX).then_some(search.best)
+    (search.best.primitive != u32::MAX).then_some(search.best)
 }
 
 /// Whether `keep` accepts any hit.
@@ -87,7 +118,7 @@ pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: 
     let world_ray = TreeRay::world(ray);
     match scene {
         Scene::Single(tree) => any_in_tree(kernel, tree, &world_ray, 0, &mut search),
-        Scene::TwoLevel {
+        Scene::Instanced {
             top,
             instances,
             trees,
@@ -100,42 +131,35 @@ pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: 
                 world_ray: &world_ray,
                 search: &mut search,
             };
-            any_order(kernel, top, &kernel.node_ray(&world_ray), &mut visitor)
+            any_order(
+                kernel,
+                (top, 0.0),
+                &kernel.node_ray(&world_ray),
+                &mut visitor,
+            )
         }
-    }
-}
-
-/// The best hit so far; before any, one that every hit in range wins over.
-struct Search<F> {
-    t_min: f32,
-    best: Hit,
-    keep: F,
-}
-
-impl<F: Keep> Search<F> {
-    #[inline(always)]
-    fn new(ray: &Ray, keep: F) -> Self {
-        Self {
-            t_min: ray.t_min.max(0.0),
-            best: Hit {
-                t: ray.t_max,
-                u: 0.0,
-                v: 0.0,
-                triangle: u32::MAX,
-                instance: u32::MAX,
-            },
-            keep,
+        Scene::General {
+            top,
+            instances,
+            parts,
+            forest,
+        } => {
+            let mut visitor = PartLeaves::<_, _, true> {
+                kernel,
+                instances,
+                parts,
+                forest,
+                ray,
+                world_ray: &world_ray,
+                search: &mut search,
+            };
+            any_order(
+                kernel,
+                (top, 0.0),
+                &kernel.node_ray(&world_ray),
+                &mut visitor,
+            )
         }
-    }
-
-    /// Takes the hit if it wins.
-    #[inline(always)]
-    fn offer(&mut self, hit: Hit) -> bool {
-        let better = hit.t > self.t_min && hit.wins_over(&self.best) && self.keep.keep(&hit);
-        if better {
-            self.best = hit;
-        }
-        better
     }
 }
 
@@ -248,7 +272,7 @@ impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K, F, ANY> 
 }
 
 #[inline(always)]
-fn closest_in_tree<K: Kernel>(
+pub(super) fn closest_in_tree<K: Kernel>(
     kernel: K,
     tree: &Tree,
     ray: &TreeRay,
@@ -256,12 +280,13 @@ fn closest_in_tree<K: Kernel>(
     search: &mut Search<impl Keep>,
 ) {
     let mut visitor = TreeLeaves::<_, _, false>::new(kernel, tree, ray, id_base, search);
-    near_first(kernel, &tree.nodes, &kernel.node_ray(ray), &mut visitor);
+    let nodes = (&tree.nodes[..], 0.0);
+    near_first(kernel, nodes, &kernel.node_ray(ray), &mut visitor);
     visitor.settle();
 }
 
 #[inline(always)]
-fn any_in_tree<K: Kernel>(
+pub(super) fn any_in_tree<K: Kernel>(
     kernel: K,
     tree: &Tree,
     ray: &TreeRay,
@@ -269,7 +294,8 @@ fn any_in_tree<K: Kernel>(
     search: &mut Search<impl Keep>,
 ) -> bool {
     let mut visitor = TreeLeaves::<_, _, true>::new(kernel, tree, ray, id_base, search);
-    any_order(kernel, &tree.nodes, &kernel.node_ray(ray), &mut visitor)
+    let nodes = (&tree.nodes[..], 0.0);
+    any_order(kernel, nodes, &kernel.node_ray(ray), &mut visitor)
 }
 
 /// Leaves of instances.

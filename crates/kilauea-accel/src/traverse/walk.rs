@@ -2,7 +2,7 @@
 
 use super::kernel::{Kernel, Lanes};
 use super::stack::{Entry, Stack, Storage, distance, entry, link};
-use crate::node::{LEAF, Node8};
+use crate::node::{LEAF, Node8, WalkNode};
 
 /// What a walk does at the leaves.
 pub(crate) trait Visitor {
@@ -14,11 +14,12 @@ pub(crate) trait Visitor {
     fn address(&self, leaf: u32) -> *const u8;
 }
 
-/// Visits the leaves that the ray passes, near ones first.
+/// Visits the leaves that the ray passes, near ones first. The nodes are read at `fraction` of the
+/// interval between two motion keys, if they move.
 #[inline(always)]
-pub(crate) fn near_first<K: Kernel>(
+pub(crate) fn near_first<K: Kernel, N: WalkNode>(
     kernel: K,
-    nodes: &[Node8],
+    (nodes, fraction): (&[N], f32),
     ray: &K::NodeRay,
     visitor: &mut impl Visitor,
 ) {
@@ -28,13 +29,13 @@ pub(crate) fn near_first<K: Kernel>(
     let mut t_entry = 0.0;
     loop {
         while current & LEAF == 0 {
-            let node = kernel.item(nodes, current);
-            let (mask, entries) = kernel.slabs(ray, visitor.limit(), node);
+            let node = kernel.item(nodes, current).at(fraction);
+            let (mask, entries) = kernel.slabs(ray, visitor.limit(), &node);
             let children = Children {
                 kernel,
                 visitor,
                 nodes,
-                node,
+                node: &node,
                 entries: &entries,
                 mask,
             };
@@ -58,16 +59,16 @@ pub(crate) fn near_first<K: Kernel>(
 }
 
 /// The children of a node that the ray enters.
-struct Children<'a, K, V> {
+struct Children<'a, K, V, N> {
     kernel: K,
     visitor: &'a V,
-    nodes: &'a [Node8],
+    nodes: &'a [N],
     node: &'a Node8,
     entries: &'a Lanes,
     mask: u32,
 }
 
-impl<K: Kernel, V: Visitor> Children<'_, K, V> {
+impl<K: Kernel, V: Visitor, N: WalkNode> Children<'_, K, V, N> {
     /// Takes the child of the lowest lane.
     #[inline(always)]
     fn next(&mut self) -> Entry {
@@ -95,8 +96,8 @@ impl<K: Kernel, V: Visitor> Children<'_, K, V> {
 
 /// Pushes all children hit but the nearest, far ones first, and gives the nearest.
 #[inline(always)]
-fn descend<K: Kernel>(
-    mut children: Children<'_, K, impl Visitor>,
+fn descend<K: Kernel, N: WalkNode>(
+    mut children: Children<'_, K, impl Visitor, N>,
     stack: &mut Stack<'_, K::Storage>,
 ) -> Option<Entry> {
     if children.mask == 0 {
@@ -150,9 +151,9 @@ fn in_order(a: Entry, b: Entry) -> (Entry, Entry) {
 
 /// Visits the leaves that the ray passes in no order, until one ends the walk.
 #[inline(always)]
-pub(crate) fn any_order<K: Kernel>(
+pub(crate) fn any_order<K: Kernel, N: WalkNode>(
     kernel: K,
-    nodes: &[Node8],
+    (nodes, fraction): (&[N], f32),
     ray: &K::NodeRay,
     visitor: &mut impl Visitor,
 ) -> bool {
@@ -161,13 +162,13 @@ pub(crate) fn any_order<K: Kernel>(
     let mut current = entry(0, 0.0);
     loop {
         while link(current) & LEAF == 0 {
-            let node = kernel.item(nodes, link(current));
-            let (mask, entries) = kernel.slabs(ray, visitor.limit(), node);
+            let node = kernel.item(nodes, link(current)).at(fraction);
+            let (mask, entries) = kernel.slabs(ray, visitor.limit(), &node);
             let mut children = Children {
                 kernel,
                 visitor,
                 nodes,
-                node,
+                node: &node,
                 entries: &entries,
                 mask,
             };

@@ -254,10 +254,8 @@ impl PathIntegrator<'_> {
             let target = interaction.surface.p + sample.wi * sample.distance;
             let origin = interaction.offset_origin(sample.wi);
             Ray {
-                origin,
-                dir: target - origin,
-                t_min: 0.0,
                 t_max: SHADOW_T_MAX,
+                ..Ray::new(origin, target - origin)
             }
         };
         counts.shadow += 1;
@@ -333,7 +331,7 @@ impl PathIntegrator<'_> {
             self.geometry
                 .interaction(at, weights, -ray.dir.normalize(), 0.0, self.textures);
         let opacity = shader.opacity(&interaction.surface);
-        let triangle_key = combine(hit.triangle, hit.instance);
+        let triangle_key = combine(hit.primitive, hit.instance);
         opacity >= 1.0 || unit_f32(combine(key, triangle_key)) < opacity
     }
 }
