@@ -1,5 +1,6 @@
 use kilauea_math::DAffine3;
 use kilauea_mesh::{PolyMesh, Primvar, PrimvarInterpolation};
+use kilauea_scene::Visibility;
 
 /// A polygon mesh that owns its arrays.
 #[derive(Clone, Debug)]
@@ -126,6 +127,8 @@ impl Mesh {
             subdivision: None,
             material: self.material,
             subsets: Vec::new(),
+            later_keys: Vec::new(),
+            visibility: Visibility::ALL,
         }
     }
 }

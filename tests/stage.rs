@@ -4,7 +4,9 @@ use kilauea_mesh::{
     PrimvarInterpolation, assemble,
 };
 use kilauea_render::{PrepareOptions, PreparedScene, RenderJob};
-use kilauea_scene::{Camera, FilterKind, Light, Material, RenderSettings, Scene, TextureSource};
+use kilauea_scene::{
+    Camera, FilterKind, Light, Material, RenderSettings, Scene, TextureSource, Visibility,
+};
 use std::sync::Arc;
 
 use crate::{Mesh, Picture};
@@ -120,12 +122,15 @@ impl Stage {
             left_handed: false,
             double_sided: true,
             primvars: Vec::new(),
+            visibility: Visibility::ALL,
         });
         let instances = self.instances.iter().map(|placements| InstancesPayload {
             path: "/Instances",
             parent: placements.parent,
             prototype: placements.prototype,
             parent_from_prototype: placements.parent_from_prototype.clone(),
+            later_parent_from_prototype: Vec::new(),
+            visibility: Visibility::ALL,
             primvars: placements
                 .primvar
                 .iter()
@@ -142,6 +147,8 @@ impl Stage {
             prototypes: self.prototypes.clone(),
             meshes: self.meshes.iter().map(Mesh::payload).collect(),
             implicits: spheres.collect(),
+            curves: Vec::new(),
+            points: Vec::new(),
             instances: instances.collect(),
             materials: self.materials.clone(),
             textures: self.textures.clone(),

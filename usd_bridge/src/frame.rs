@@ -2,6 +2,7 @@
 
 use kilauea_math::{DAffine3, DMat4};
 use kilauea_mesh as mesh;
+use kilauea_scene::Visibility;
 use numpy::{Element, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use serde::de::DeserializeOwned;
@@ -60,6 +61,14 @@ pub(crate) struct Mesh<'py> {
     primvars: Vec<Primvar<'py>>,
     subsets: Vec<Subset<'py>>,
     subdivision: Option<Subdivision<'py>>,
+    later_keys: Vec<MeshKey<'py>>,
+    visibility: u8,
+}
+
+#[derive(FromPyObject)]
+pub(crate) struct MeshKey<'py> {
+    points: Floats<'py>,
+    normals: Option<Primvar<'py>>,
 }
 
 #[derive(FromPyObject)]
@@ -74,6 +83,38 @@ pub(crate) struct Implicit<'py> {
     left_handed: bool,
     double_sided: bool,
     primvars: Vec<Primvar<'py>>,
+    visibility: u8,
+}
+
+#[derive(FromPyObject)]
+pub(crate) struct Curves<'py> {
+    path: String,
+    prototype: u32,
+    prototype_from_curves: [f64; 16],
+    points: Floats<'py>,
+    curve_vertex_counts: Ints<'py>,
+    curve_type: String,
+    basis: String,
+    wrap: String,
+    material: u32,
+    widths: Option<Primvar<'py>>,
+    normals: Option<Primvar<'py>>,
+    primvars: Vec<Primvar<'py>>,
+    later_points: Vec<Floats<'py>>,
+    visibility: u8,
+}
+
+#[derive(FromPyObject)]
+pub(crate) struct Points<'py> {
+    path: String,
+    prototype: u32,
+    prototype_from_points: [f64; 16],
+    points: Floats<'py>,
+    material: u32,
+    widths: Option<Primvar<'py>>,
+    primvars: Vec<Primvar<'py>>,
+    later_points: Vec<Floats<'py>>,
+    visibility: u8,
 }
 
 #[derive(FromPyObject)]
@@ -83,6 +124,8 @@ pub(crate) struct Instances<'py> {
     prototype: u32,
     parent_from_prototype: PyReadonlyArrayDyn<'py, f64>,
     primvars: Vec<Primvar<'py>>,
+    later_parent_from_prototype: Vec<PyReadonlyArrayDyn<'py, f64>>,
+    visibility: u8,
 }
 
 /// One flattened frame; see `kilauea/payload.py`.
@@ -91,6 +134,8 @@ pub(crate) struct Frame<'py> {
     prototypes: Vec<String>,
     meshes: Vec<Mesh<'py>>,
     implicits: Vec<Implicit<'py>>,
+    curves: Vec<Curves<'py>>,
+    points: Vec<Points<'py>>,
     instances: Vec<Instances<'py>>,
     materials: Bound<'py, PyAny>,
     textures: Bound<'py, PyAny>,
@@ -112,6 +157,16 @@ impl Frame<'_> {
                 .implicits
                 .iter()
                 .map(Implicit::payload)
+                .collect::<PyResult<_>>()?,
+            curves: self
+                .curves
+                .iter()
+                .map(Curves::payload)
+                .collect::<PyResult<_>>()?,
+            points: self
+                .points
+                .iter()
+                .map(Points::payload)
                 .collect::<PyResult<_>>()?,
             instances: self
                 .instances
@@ -146,13 +201,6 @@ impl Primvar<'_> {
 impl Mesh<'_> {
     fn payload(&self) -> PyResult<mesh::PolyMesh<'_>> {
         let path = self.path.as_str();
-        let points = slice(&self.points, path, "points")?;
-        let (points, rest) = points.as_chunks::<3>();
-        if !rest.is_empty() {
-            return Err(scene_error(format!(
-                "{path}: points is not an array of triples"
-            )));
-        }
         let subsets = self.subsets.iter().map(|s| {
             Ok(mesh::Subset {
                 faces: slice(&s.faces, path, "GeomSubset indices")?,
@@ -163,7 +211,7 @@ impl Mesh<'_> {
             path,
             prototype: self.prototype,
             prototype_from_mesh: affine(&self.prototype_from_mesh),
-            points,
+            points: triples(&self.points, path)?,
             face_vertex_counts: slice(&self.face_vertex_counts, path, "faceVertexCounts")?,
             face_vertex_indices: slice(&self.face_vertex_indices, path, "faceVertexIndices")?,
             hole_indices: match &self.hole_indices {
@@ -172,7 +220,7 @@ impl Mesh<'_> {
             },
             left_handed: self.left_handed,
             double_sided: self.double_sided,
-            normals: self.normals.as_ref().map(|n| n.payload(path)).transpose()?,
+            normals: optional(self.normals.as_ref(), path)?,
             primvars: primvars(&self.primvars, path)?,
             subdivision: self
                 .subdivision
@@ -181,6 +229,21 @@ impl Mesh<'_> {
                 .transpose()?,
             material: self.material,
             subsets: subsets.collect::<PyResult<_>>()?,
+            later_keys: self
+                .later_keys
+                .iter()
+                .map(|key| key.payload(path))
+                .collect::<PyResult<_>>()?,
+            visibility: Visibility(self.visibility),
+        })
+    }
+}
+
+impl MeshKey<'_> {
+    fn payload<'a>(&'a self, path: &str) -> PyResult<mesh::MeshPose<'a>> {
+        Ok(mesh::MeshPose {
+            points: triples(&self.points, path)?,
+            normals: optional(self.normals.as_ref(), path)?,
         })
     }
 }
@@ -217,6 +280,46 @@ impl Implicit<'_> {
             left_handed: self.left_handed,
             double_sided: self.double_sided,
             primvars: primvars(&self.primvars, &self.path)?,
+            visibility: Visibility(self.visibility),
+        })
+    }
+}
+
+impl Curves<'_> {
+    fn payload(&self) -> PyResult<mesh::BasisCurves<'_>> {
+        let path = self.path.as_str();
+        Ok(mesh::BasisCurves {
+            path,
+            prototype: self.prototype,
+            prototype_from_curves: affine(&self.prototype_from_curves),
+            points: triples(&self.points, path)?,
+            later_points: later_points(&self.later_points, path)?,
+            curve_vertex_counts: slice(&self.curve_vertex_counts, path, "curveVertexCounts")?,
+            curve_type: token(&self.curve_type, path)?,
+            basis: token(&self.basis, path)?,
+            wrap: token(&self.wrap, path)?,
+            widths: optional(self.widths.as_ref(), path)?,
+            normals: optional(self.normals.as_ref(), path)?,
+            primvars: primvars(&self.primvars, path)?,
+            material: self.material,
+            visibility: Visibility(self.visibility),
+        })
+    }
+}
+
+impl Points<'_> {
+    fn payload(&self) -> PyResult<mesh::Points<'_>> {
+        let path = self.path.as_str();
+        Ok(mesh::Points {
+            path,
+            prototype: self.prototype,
+            prototype_from_points: affine(&self.prototype_from_points),
+            points: triples(&self.points, path)?,
+            later_points: later_points(&self.later_points, path)?,
+            widths: optional(self.widths.as_ref(), path)?,
+            primvars: primvars(&self.primvars, path)?,
+            material: self.material,
+            visibility: Visibility(self.visibility),
         })
     }
 }
@@ -224,19 +327,48 @@ impl Implicit<'_> {
 impl Instances<'_> {
     fn payload(&self) -> PyResult<mesh::InstancesPayload<'_>> {
         let path = self.path.as_str();
-        let numbers = slice(&self.parent_from_prototype, path, "instance transforms")?;
+        let later = self.later_parent_from_prototype.iter();
         Ok(mesh::InstancesPayload {
             path,
             parent: self.parent,
             prototype: self.prototype,
-            parent_from_prototype: numbers.as_chunks::<16>().0.iter().map(affine).collect(),
+            parent_from_prototype: affines(&self.parent_from_prototype, path)?,
+            later_parent_from_prototype: later
+                .map(|key| affines(key, path))
+                .collect::<PyResult<_>>()?,
             primvars: primvars(&self.primvars, path)?,
+            visibility: Visibility(self.visibility),
         })
     }
 }
 
 fn primvars<'a>(primvars: &'a [Primvar<'_>], path: &str) -> PyResult<Vec<mesh::Primvar<'a>>> {
     primvars.iter().map(|p| p.payload(path)).collect()
+}
+
+fn optional<'a>(
+    primvar: Option<&'a Primvar<'_>>,
+    path: &str,
+) -> PyResult<Option<mesh::Primvar<'a>>> {
+    primvar.map(|p| p.payload(path)).transpose()
+}
+
+fn triples<'a>(points: &'a Floats<'_>, path: &str) -> PyResult<&'a [[f32; 3]]> {
+    let (points, rest) = slice(points, path, "points")?.as_chunks::<3>();
+    if rest.is_empty() {
+        return Ok(points);
+    }
+    let what = format!("{path}: points is not an array of triples");
+    Err(scene_error(what))
+}
+
+fn later_points<'a>(keys: &'a [Floats<'_>], path: &str) -> PyResult<Vec<&'a [[f32; 3]]>> {
+    keys.iter().map(|key| triples(key, path)).collect()
+}
+
+fn affines(matrices: &PyReadonlyArrayDyn<'_, f64>, path: &str) -> PyResult<Vec<DAffine3>> {
+    let numbers = slice(matrices, path, "instance transforms")?;
+    Ok(numbers.as_chunks::<16>().0.iter().map(affine).collect())
 }
 
 /// USD's row vectors, row after row, are column vectors, column after column.

@@ -117,6 +117,8 @@ mod tests {
         Camera {
             path: "/cam".into(),
             world_from_camera: DMat4::from_translation(DVec3::new(1e6, 2.0, 3.0)),
+            later_world_from_camera: Vec::new(),
+            shutter: [0.0; 2],
             projection,
             screen_window,
             lens_radius: 0.0,

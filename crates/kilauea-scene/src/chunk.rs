@@ -1,8 +1,8 @@
 use kilauea_math::{Bounds3, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::attribute::{Attribute, n_bytes};
 use crate::Visibility;
+use crate::attribute::{Attribute, n_bytes};
 
 /// A self-contained piece of triangle mesh with one material: the unit that is built, traced,
 /// shaded, and sent to other machines.

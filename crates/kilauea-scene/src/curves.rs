@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use crate::attribute::{Attribute, n_bytes};
 use crate::Visibility;
+use crate::attribute::{Attribute, n_bytes};
 
 /// Curves with one material, cut into segments that share control points.
 ///

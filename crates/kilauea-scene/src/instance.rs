@@ -53,6 +53,14 @@ pub struct Instances {
     pub attributes: Vec<InstanceAttribute>,
 }
 
+impl Instances {
+    /// The transforms of all instances at all motion keys.
+    pub fn all_transforms(&self) -> impl Iterator<Item = &DAffine3> {
+        let later = self.later_parent_from_prototype.iter();
+        self.parent_from_prototype.iter().chain(later.flatten())
+    }
+}
+
 /// A primvar with one value per instance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InstanceAttribute {

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use crate::attribute::{Attribute, n_bytes};
 use crate::Visibility;
+use crate::attribute::{Attribute, n_bytes};
 
 /// Points with one material, each a sphere.
 ///

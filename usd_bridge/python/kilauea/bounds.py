@@ -17,7 +17,10 @@ _EMPTY: Box = np.array([[np.inf] * 3, [-np.inf] * 3])
 
 
 def world_bounds(frame: payload.Frame) -> Box | None:
-    """Return the box around the control points and shapes of a frame; None without any."""
+    """Return the box around the control points and shapes of a frame; None without any.
+
+    Motion plays no part: only frames without a camera, and so without a shutter, are framed.
+    """
     box = _Bounds(frame).of_prototype(payload.WORLD)
     return box if np.isfinite(box).all() else None
 
@@ -30,6 +33,12 @@ class _Bounds:
         for mesh in frame.meshes:
             box = _transformed(_points_box(mesh.points), mesh.prototype_from_mesh)
             self._own.setdefault(mesh.prototype, []).append(box)
+        for curves in frame.curves:
+            box = _transformed(_points_box(curves.points), curves.prototype_from_curves)
+            self._own.setdefault(curves.prototype, []).append(box)
+        for cloud in frame.points:
+            box = _transformed(_points_box(cloud.points), cloud.prototype_from_points)
+            self._own.setdefault(cloud.prototype, []).append(box)
         for shape in frame.implicits:
             box = _transformed(_shape_box(shape), shape.prototype_from_mesh)
             self._own.setdefault(shape.prototype, []).append(box)

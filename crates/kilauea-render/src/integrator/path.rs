@@ -465,6 +465,8 @@ mod tests {
         let camera = Camera {
             path: "/cam".into(),
             world_from_camera: DMat4::IDENTITY,
+            later_world_from_camera: Vec::new(),
+            shutter: [0.0; 2],
             projection: Projection::Perspective,
             screen_window: [-0.5, -0.5, 0.5, 0.5],
             lens_radius: 0.0,

@@ -59,7 +59,7 @@ impl<'a> ArrayWriter<'a> {
             "n_points": chunk.points.len(),
             "n_segments": chunk.segments.len(),
             "points": self.triples(&chunk.points)?,
-            "later_points": self.list(&chunk.later_points, Self::key)?,
+            "later_points": self.keys(&chunk.later_points)?,
             "radii": self.floats(&chunk.radii)?,
             "normals": self.optional_triples(chunk.normals.as_deref())?,
             "segments": self.write(chunk.segments.iter().map(|v| v.to_le_bytes()))?,
@@ -74,7 +74,7 @@ impl<'a> ArrayWriter<'a> {
             "visibility": chunk.visibility,
             "n_points": chunk.centers.len(),
             "centers": self.triples(&chunk.centers)?,
-            "later_centers": self.list(&chunk.later_centers, Self::key)?,
+            "later_centers": self.keys(&chunk.later_centers)?,
             "radii": self.floats(&chunk.radii)?,
             "attributes": self.list(&chunk.attributes, Self::attribute)?,
         }))
@@ -104,8 +104,9 @@ impl<'a> ArrayWriter<'a> {
         }))
     }
 
-    fn key(&mut self, positions: &Vec<[f32; 3]>) -> io::Result<Value> {
-        Ok(self.triples(positions)?.into())
+    /// Files of one array per motion key.
+    fn keys(&mut self, keys: &[Vec<[f32; 3]>]) -> io::Result<Value> {
+        self.list(keys, |arrays, key| Ok(arrays.triples(key)?.into()))
     }
 
     fn matrices(&mut self, matrices: &[DAffine3]) -> io::Result<String> {

@@ -38,11 +38,14 @@ class LightTable:
         self._remarks = Remarks(frame.warnings)
         self._records: list[dict[str, Any]] = []
 
-    def add(self, prim: Usd.Prim, world_from_light: Gf.Matrix4d) -> None:
+    def add(
+        self, prim: Usd.Prim, world_from_light: Gf.Matrix4d, visible_to_camera: bool = True
+    ) -> None:
         """Add a light, or say why it is not rendered; visibility is for the caller to judge."""
         light = _Light(prim, world_from_light, self._time, self._textures, self._remarks)
         record = light.record()
         if record is not None:
+            record["visible_to_camera"] = visible_to_camera
             self._records.append(record)
 
     def finish(self) -> None:
