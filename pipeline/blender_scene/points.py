@@ -19,11 +19,11 @@ def build_points(
 ) -> bpy.types.PointCloud:
     """Make a point cloud of a chunk; `fallbacks` as for curves."""
     centers = scene.array(chunk["centers"], "<f4", 3)
-    cloud = bpy.data.pointclouds.new(name)
-    cloud.resize(len(centers))
-    add_attribute(cloud, "position", centers, "FLOAT_VECTOR", "vector")
+    vertices = bpy.data.meshes.new(name)
+    vertices.vertices.add(len(centers))
+    vertices.vertices.foreach_set("co", centers.ravel())
     radii = scene.array(chunk["radii"], "<f4", 1)
-    add_attribute(cloud, "radius", radii, "FLOAT", "value")
+    add_attribute(vertices, "radius", radii, "FLOAT", "value")
     values = {}
     for attribute in chunk["attributes"]:
         found = scene.values(attribute)
@@ -32,5 +32,22 @@ def build_points(
     for primvar in fallbacks.keys() - values.keys():
         values[primvar] = np.tile(np.float32(fallbacks[primvar]), (len(centers), 1))
     for primvar, value in values.items():
-        add_attribute(cloud, attribute_name(primvar), value, *ATTRIBUTE_TYPES[value.shape[-1]])
+        storage = ATTRIBUTE_TYPES[value.shape[-1]]
+        add_attribute(vertices, attribute_name(primvar), value, *storage)
+    return as_cloud(vertices)
+
+
+def as_cloud(vertices: bpy.types.Mesh) -> bpy.types.PointCloud:
+    """Turn vertices and their attributes into a point cloud: Blender has no other way to size one."""
+    carrier = bpy.data.objects.new(vertices.name, vertices)
+    collection = bpy.context.scene.collection
+    collection.objects.link(carrier)
+    bpy.context.view_layer.update()
+    bpy.context.view_layer.objects.active = carrier
+    carrier.select_set(True)
+    bpy.ops.object.convert(target="POINTCLOUD")
+    converted = bpy.context.view_layer.objects.active
+    cloud = converted.data
+    collection.objects.unlink(converted)
+    bpy.data.objects.remove(converted)
     return cloud
