@@ -38,7 +38,7 @@ def build_points(
 
 
 def as_cloud(vertices: bpy.types.Mesh) -> bpy.types.PointCloud:
-    """Turn vertices and their attributes into a point cloud: Blender has no other way to size one."""
+    """Turn vertices into a point cloud, attributes included: none can be sized directly."""
     carrier = bpy.data.objects.new(vertices.name, vertices)
     collection = bpy.context.scene.collection
     collection.objects.link(carrier)
