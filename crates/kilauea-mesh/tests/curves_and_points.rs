@@ -42,8 +42,11 @@ fn points(points: &[[f32; 3]]) -> Points<'_> {
     }
 }
 
-fn named<'a>(name: &'a str, primvar: Primvar<'a>) -> Primvar<'a> {
-    Primvar { name, ..primvar }
+fn named<'a>(name: &'a str, interpolation: &str, width: u8, values: &'a [f32]) -> Primvar<'a> {
+    Primvar {
+        name,
+        ..primvar(interpolation, width, values)
+    }
 }
 
 fn assemble_curves(curves: BasisCurves<'_>) -> Assembled {
@@ -64,7 +67,7 @@ fn splines_become_bezier_segments_of_half_the_width() {
     let widths = [0.2];
     let mut hair = curves(&LINE, &[4]);
     hair.prototype_from_curves = DAffine3::from_scale(DVec3::splat(10.0));
-    hair.widths = Some(named("widths", primvar("constant", 1, &widths)));
+    hair.widths = Some(named("widths", "constant", 1, &widths));
     let assembled = assemble_curves(hair);
     assert_eq!(assembled.warnings, [""; 0]);
     let chunk = only_curves(&assembled);
@@ -88,7 +91,7 @@ fn linear_curves_keep_their_points() {
     let widths = [1.0, 2.0, 3.0, 4.0];
     let mut line = curves(&LINE, &[2, 2]);
     line.curve_type = CurveType::Linear;
-    line.widths = Some(named("widths", primvar("vertex", 1, &widths)));
+    line.widths = Some(named("widths", "vertex", 1, &widths));
     let assembled = assemble_curves(line);
     let chunk = only_curves(&assembled);
     assert_eq!(chunk.basis, CurveBasis::Linear);
@@ -101,9 +104,9 @@ fn primvars_come_per_control_point_or_per_segment() {
     let (by_curve, by_end, by_point) = ([7.0, 8.0], [0.0, 3.0, 9.0, 9.0], [1.0, 2.0, 4.0, 8.0]);
     let mut hair = curves(&LINE, &[2, 2]);
     hair.primvars = vec![
-        named("by_curve", primvar("uniform", 1, &by_curve)),
-        named("by_end", primvar("varying", 1, &by_end)),
-        named("by_point", primvar("vertex", 1, &by_point)),
+        named("by_curve", "uniform", 1, &by_curve),
+        named("by_end", "varying", 1, &by_end),
+        named("by_point", "vertex", 1, &by_point),
     ];
     let assembled = assemble_curves(hair);
     assert_eq!(assembled.warnings, [""; 0]);
@@ -132,7 +135,7 @@ fn primvars_come_per_control_point_or_per_segment() {
 fn normals_make_ribbons() {
     let normals = [0.0, 2.0, 0.0];
     let mut ribbon = curves(&LINE, &[4]);
-    ribbon.normals = Some(named("normals", primvar("constant", 3, &normals)));
+    ribbon.normals = Some(named("normals", "constant", 3, &normals));
     let assembled = assemble_curves(ribbon);
     let chunk = only_curves(&assembled);
     assert_eq!(chunk.profile, CurveProfile::Ribbon);
@@ -169,7 +172,7 @@ fn broken_curves_are_left_out_and_named() {
     }
     let widths = [1.0, 2.0];
     let mut wrong = curves(&LINE, &[4]);
-    wrong.widths = Some(named("widths", primvar("vertex", 1, &widths)));
+    wrong.widths = Some(named("widths", "vertex", 1, &widths));
     let assembled = assemble_curves(wrong);
     let expected = "/curves: widths: has 2 values, expected 4; 1 instead";
     assert_eq!(assembled.warnings, [expected]);
@@ -198,8 +201,8 @@ fn many_curves_are_split_between_curves() {
 fn points_are_spheres_of_half_the_width() {
     let (widths, colors) = ([1.0, 0.0, -1.0, 3.0], [1.0, 2.0, 3.0, 4.0]);
     let mut some = points(&LINE);
-    some.widths = Some(named("widths", primvar("vertex", 1, &widths)));
-    some.primvars = vec![named("paint", primvar("vertex", 1, &colors))];
+    some.widths = Some(named("widths", "vertex", 1, &widths));
+    some.primvars = vec![named("paint", "vertex", 1, &colors)];
     let mut payloads = empty();
     payloads.points.push(some);
     let assembled = assemble(payloads, &AssembleOptions::default()).unwrap();
