@@ -6,7 +6,7 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from kilauea import payload
 from kilauea.usd import primvars
-from kilauea.usd.arrays import matrix, read_floats, read_ints
+from kilauea.usd.arrays import matrix, read_floats, read_ints, read_points
 from kilauea.usd.context import Context, Inherited, Space
 from kilauea.usd.points_based import point_keys
 
@@ -19,25 +19,20 @@ def add_mesh(cx: Context, prim: Usd.Prim, inherited: Inherited, space: Space) ->
     """Append a mesh with its materials and the primvars that they read."""
     mesh = UsdGeom.Mesh(prim)
     face_vertex_counts = read_ints(mesh.GetFaceVertexCountsAttr(), cx.time)
-    indices = mesh.GetFaceVertexIndicesAttr()
-    times, points = point_keys(cx, mesh, (mesh.GetFaceVertexCountsAttr(), indices))
-    if not len(face_vertex_counts) and not len(points[0]):
+    if not len(face_vertex_counts) and not len(read_points(mesh.GetPointsAttr(), cx.time)):
         cx.notes.add("Mesh without points", prim)
         return
-    face_vertex_indices = read_ints(indices, cx.time)
+    face_vertex_indices = read_ints(mesh.GetFaceVertexIndicesAttr(), cx.time)
     subdivision = _subdivision(mesh, cx.time)
     skinning = cx.skins.get(prim.GetPath())
     if skinning:
         space_from_mesh, poses = skinning.poses(cx, mesh, face_vertex_indices, space)
     else:
-        space_from_mesh = inherited.space_from_prim
-        poses = [payload.MeshKey(key) for key in points]
+        space_from_mesh, poses = inherited.space_from_prim, _poses(cx, mesh)
     if subdivision:
+        # A limit surface has normals of its own.
         for pose in poses:
             pose.normals = None
-    elif not skinning:
-        for pose, time in zip(poses, times, strict=True):
-            pose.normals = primvars.normals(prim, mesh, Usd.TimeCode(time))
 
     material = bound_material(cx, prim, prim, inherited, space)
     subsets = _subsets(cx, prim, material, inherited, space)
@@ -89,6 +84,16 @@ def add_implicit(cx: Context, prim: Usd.Prim, inherited: Inherited, space: Space
             visibility=inherited.visibility,
         )
     )
+
+
+def _poses(cx: Context, mesh: UsdGeom.Mesh) -> list[payload.MeshKey]:
+    """Read points and normals at their motion keys."""
+    topology = (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
+    times, keys = point_keys(cx, mesh, topology)
+    return [
+        payload.MeshKey(points, primvars.normals(mesh.GetPrim(), mesh, Usd.TimeCode(time)))
+        for time, points in zip(times, keys, strict=True)
+    ]
 
 
 def _subdivision(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> payload.Subdivision | None:
