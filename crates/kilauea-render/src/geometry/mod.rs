@@ -1,15 +1,33 @@
 //! The scene's surfaces as rays find them: placed prototypes, their chunks and their shaders.
 
-use kilauea_accel::{Accel, BuildOptions, Hit, Mesh, Placement, Quality, Ray};
-use kilauea_math::{DAffine3, Mat3, Vec2, Vec3, gamma};
-use kilauea_scene::{InstanceAttribute, MeshChunk, Scene};
-use kilauea_shading::{PrimvarLayout, PrimvarSlot, Surface};
-use kilauea_texture::TextureStore;
-use shaders::Shader;
-use std::collections::BTreeMap;
+mod accel_input;
+mod curve;
+mod flatten;
+mod interaction;
+pub(crate) mod keys;
+mod locate;
+mod placed;
+mod shape_point;
+mod sphere;
+mod triangle;
+
 use std::sync::Arc;
 
+use kilauea_accel::{Accel, BuildOptions, Quality};
+use kilauea_math::Vec3;
+use kilauea_scene::{InstanceAttribute, MeshChunk, Scene, Visibility};
+use kilauea_shading::{PrimvarSlot, Surface};
+use kilauea_texture::TextureStore;
+use shaders::Shader;
+
 use crate::RenderError;
+use accel_input::accel_geometry;
+use flatten::{Flattened, flatten};
+pub(crate) use interaction::{Interaction, View};
+use locate::Chunk;
+pub(crate) use locate::PrimitiveRef;
+use locate::PrototypeIndex;
+use placed::Placed;
 
 /// Everything a ray can hit, with what is needed to shade it.
 pub struct Geometry {
@@ -17,59 +35,11 @@ pub struct Geometry {
     accel: Accel,
     shaders: Vec<Shader>,
     placements: Vec<Placed>,
-    /// By prototype: index of its first chunk in `chunks`, and the number of triangles before each
-    /// of its chunks.
+    /// By prototype.
     prototypes: Vec<PrototypeIndex>,
-    /// Primvar slots, by [`Placed::first_slots`] plus the chunk's index in its prototype.
+    /// Primvar slots, by [`Placed::first_slots`] plus the chunk's number in its prototype.
     slots: Vec<Box<[PrimvarSlot]>>,
     has_instances: bool,
-}
-
-/// A prototype placed in engine space.
-#[derive(Clone, Debug)]
-struct Placed {
-    prototype: u32,
-    /// Where the chunks' positions are taken to engine space.
-    linear: Mat3,
-    translation: Vec3,
-    is_identity: bool,
-    /// −1 where the placement mirrors.
-    handedness: f32,
-    /// Index into [`Geometry::slots`] of the prototype's first chunk.
-    first_slots: u32,
-    /// Which per-instance primvars apply: prototype, its instances, and the index in them.
-    attributes: Option<(u32, u32, u32)>,
-    /// Number of the placement among all that are not the world: the instanceId.
-    instance_id: i32,
-}
-
-#[derive(Clone, Debug, Default)]
-struct PrototypeIndex {
-    triangles_before: Vec<u32>,
-}
-
-/// A triangle of a placed prototype.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct TriangleRef {
-    /// Placement.
-    pub placement: u32,
-    /// Chunk of the placement's prototype.
-    pub chunk: u32,
-    /// Triangle of the chunk.
-    pub triangle: u32,
-}
-
-/// A point on a surface, before any shader ran.
-#[derive(Clone, Copy)]
-pub struct Interaction<'a> {
-    /// Which triangle.
-    pub at: TriangleRef,
-    /// What shaders see.
-    pub surface: Surface<'a>,
-    /// Bound on the rounding error of `surface.p` in any axis.
-    pub p_error: f32,
-    /// The material's shader.
-    pub shader: &'a Shader,
 }
 
 impl Geometry {
@@ -81,62 +51,24 @@ impl Geometry {
             .iter()
             .map(Shader::compile)
             .collect::<Result<_, _>>()?;
-        let mut flat = Flattening {
-            scene: &scene,
-            shaders: &shaders,
-            placements: Vec::new(),
-            accel_placements: Vec::new(),
-            slots: Vec::new(),
-            slots_of: BTreeMap::new(),
-            n_instances: 0,
-        };
-        let engine_from_world = DAffine3::from_translation(-scene.origin_world);
-        flat.place(0, engine_from_world, None, -1);
-        let Flattening {
+        let Flattened {
             placements,
             accel_placements,
             slots,
             n_instances,
-            ..
-        } = flat;
-        let geometries: Vec<kilauea_accel::Geometry<'_>> = scene
-            .prototypes
-            .iter()
-            .map(|prototype| kilauea_accel::Geometry {
-                meshes: prototype
-                    .chunks
-                    .iter()
-                    .map(|c| Mesh::still(&c.positions, &c.triangles))
-                    .collect(),
-                ..kilauea_accel::Geometry::default()
-            })
-            .collect();
+        } = flatten(&scene, &shaders);
+        let geometries: Vec<_> = scene.prototypes.iter().map(accel_geometry).collect();
         let options = BuildOptions {
             quality: tree_quality(&scene, n_camera_samples),
             ..BuildOptions::default()
         };
         let accel = Accel::build(&geometries, &accel_placements, &options);
         drop(geometries);
-        let prototypes = scene
-            .prototypes
-            .iter()
-            .map(|prototype| {
-                let mut n = 0;
-                let triangles_before = prototype.chunks.iter().map(|chunk| {
-                    let before = n;
-                    n += chunk.triangles.len() as u32;
-                    before
-                });
-                PrototypeIndex {
-                    triangles_before: triangles_before.collect(),
-                }
-            })
-            .collect();
         Ok(Self {
             accel,
             shaders,
             placements,
-            prototypes,
+            prototypes: scene.prototypes.iter().map(PrototypeIndex::new).collect(),
             slots,
             has_instances: n_instances > 0,
             scene,
@@ -163,117 +95,80 @@ impl Geometry {
         self.placements.len()
     }
 
-    /// Chunks of a placement's prototype.
-    pub fn chunks(&self, placement: u32) -> &[MeshChunk] {
+    /// Whether a placement moves while the shutter is open.
+    pub fn is_moving(&self, placement: u32) -> bool {
+        self.placements[placement as usize].motion.is_moving()
+    }
+
+    /// Rays that meet a placement, as far as its chunks let them.
+    pub fn visibility(&self, placement: u32) -> Visibility {
+        self.placements[placement as usize].visibility
+    }
+
+    /// Mesh chunks of a placement's prototype.
+    pub fn meshes(&self, placement: u32) -> &[MeshChunk] {
         let prototype = self.placements[placement as usize].prototype;
         &self.scene.prototypes[prototype as usize].chunks
     }
 
-    /// The source prim and the instance of a triangle.
-    pub fn ids(&self, at: TriangleRef) -> (i32, i32) {
-        let chunk = &self.chunks(at.placement)[at.chunk as usize];
+    /// The source prim and the instance of a primitive.
+    pub fn ids(&self, at: PrimitiveRef) -> (i32, i32) {
+        let prim_idx = self.chunk(at).prim_idx();
         let instance_id = self.placements[at.placement as usize].instance_id;
-        (chunk.prim_idx as i32, instance_id)
+        (prim_idx as i32, instance_id)
     }
 
-    /// Which triangle was hit.
+    /// The shader of a primitive.
     #[inline]
-    pub fn locate(&self, hit: &Hit) -> TriangleRef {
-        let placed = &self.placements[hit.instance as usize];
-        let before = &self.prototypes[placed.prototype as usize].triangles_before;
-        let chunk = match before.len() {
-            1 => 0,
-            _ => before.partition_point(|&n| n <= hit.primitive) - 1,
-        };
-        TriangleRef {
-            placement: hit.instance,
-            chunk: chunk as u32,
-            triangle: hit.primitive - before[chunk],
-        }
+    pub fn shader(&self, at: PrimitiveRef) -> &Shader {
+        &self.shaders[self.chunk(at).material() as usize]
     }
 
-    /// The shader of a triangle.
+    /// Corner points of a triangle in engine space, in the chunk's winding, as the shutter opens.
     #[inline]
-    pub fn shader(&self, at: TriangleRef) -> &Shader {
-        let chunk = &self.chunks(at.placement)[at.chunk as usize];
-        &self.shaders[chunk.material as usize]
+    pub fn corners(&self, at: PrimitiveRef) -> [Vec3; 3] {
+        let transform = self.placements[at.placement as usize].motion.at(0.0);
+        let chunk = &self.meshes(at.placement)[at.chunk as usize];
+        triangle::corners(chunk, at.primitive, 0.0).map(|p| transform.point(p))
     }
 
-    /// Corner points in engine space, in the chunk's winding.
-    #[inline]
-    pub fn corners(&self, at: TriangleRef) -> [Vec3; 3] {
-        let placed = &self.placements[at.placement as usize];
-        let chunk = &self.chunks(at.placement)[at.chunk as usize];
-        let local = chunk.corners(at.triangle as usize);
-        if placed.is_identity {
-            local
-        } else {
-            local.map(|p| placed.linear * p + placed.translation)
-        }
-    }
-
-    /// The point with the given weights of the second and third corner, seen from `wo`.
+    /// A point on a primitive as it is seen.
     #[inline]
     pub fn interaction<'a>(
         &'a self,
-        at: TriangleRef,
-        barycentrics: Vec2,
-        wo: Vec3,
-        footprint: f32,
+        at: PrimitiveRef,
+        view: &View,
         textures: &'a TextureStore,
     ) -> Interaction<'a> {
         let placed = &self.placements[at.placement as usize];
-        let chunk = &self.chunks(at.placement)[at.chunk as usize];
-        let corners = self.corners(at);
-        let [a, b, c] = corners;
-        let (u, v) = (barycentrics.x, barycentrics.y);
-        let w = 1.0 - u - v;
-        let p = w * a + u * b + v * c;
-        // Rounding of the interpolation, of the placement, and of the next ray's intersection with
-        // this same triangle. One bound serves all axes: the shear of the triangle test mixes them,
-        // so that a coordinate of zero is no more exact than the others.
-        let extent = |p: Vec3| p.abs().max_element();
-        let mut p_error = gamma(10) * extent(a).max(extent(b)).max(extent(c));
-        if !placed.is_identity {
-            p_error += gamma(6) * extent(placed.translation);
-        }
-        let ng = ((b - a).cross(c - a) * placed.handedness).normalize_or(wo);
-        let ns = match &chunk.normals {
-            None => ng,
-            Some(normals) => {
-                let [ia, ib, ic] = chunk.triangles[at.triangle as usize];
-                let n = |i: u32| Vec3::from_array(normals[i as usize]);
-                let local = w * n(ia) + u * n(ib) + v * n(ic);
-                let ns = if placed.is_identity {
-                    local
-                } else {
-                    placed.normal_to_engine(local)
-                };
-                let ns = ns.normalize_or(ng);
-                if ns.dot(ng) < 0.0 { -ns } else { ns }
-            }
+        let transform = placed.motion.at(view.time);
+        let chunk = self.chunk(at);
+        let point = match chunk {
+            Chunk::Mesh(mesh) => triangle::triangle_point(mesh, at.primitive, &transform, view),
+            Chunk::Points(points) => sphere::sphere_point(points, at.primitive, &transform, view),
+            Chunk::Curves(curves) => curve::curve_point(curves, at.primitive, &transform, view),
         };
         let (instance_primvars, instance_index) = self.instance_attributes(placed);
-        let slots = &self.slots[(placed.first_slots + at.chunk) as usize];
         Interaction {
             at,
             surface: Surface {
-                p,
-                ng,
-                ns,
-                wo,
-                corners,
-                barycentrics,
-                chunk,
-                triangle: at.triangle,
-                primvars: slots,
+                p: point.p,
+                ng: point.ng,
+                ns: point.ns,
+                wo: view.wo,
+                corners: point.corners,
+                barycentrics: point.barycentrics,
+                attributes: chunk.attributes(),
+                element: point.element,
+                primvars: &self.slots[(placed.first_slots + at.chunk) as usize],
                 instance_primvars,
                 instance_index,
-                footprint,
+                footprint: view.footprint,
                 textures,
             },
-            p_error,
-            shader: &self.shaders[chunk.material as usize],
+            p_error: point.p_error,
+            shader: &self.shaders[chunk.material() as usize],
+            time: view.time,
         }
     }
 
@@ -290,153 +185,13 @@ impl Geometry {
     }
 }
 
-impl Placed {
-    /// A normal of the prototype's space in engine space, up to its length.
-    #[inline]
-    fn normal_to_engine(&self, n: Vec3) -> Vec3 {
-        let m = &self.linear;
-        let cofactor = Mat3::from_cols(
-            m.y_axis.cross(m.z_axis),
-            m.z_axis.cross(m.x_axis),
-            m.x_axis.cross(m.y_axis),
-        );
-        (cofactor * n) * self.handedness
-    }
-}
-
-impl Interaction<'_> {
-    /// A ray from here in the unit direction `dir`, that does not meet the triangle it leaves:
-    /// its origin is moved along the normal by the bound on the rounding error (PBR 4ed., 6.8.6).
-    #[inline]
-    pub fn spawn_ray(&self, dir: Vec3, t_max: f32) -> Ray {
-        Ray {
-            t_max,
-            ..Ray::new(self.offset_origin(dir), dir)
-        }
-    }
-
-    /// The point, moved off the surface to the side of `dir`.
-    #[inline]
-    pub fn offset_origin(&self, dir: Vec3) -> Vec3 {
-        let n = self.surface.ng;
-        let distance = n.abs().element_sum() * self.p_error;
-        let offset = n * distance.copysign(dir.dot(n));
-        let p = self.surface.p + offset;
-        // The sum rounds too: step outward where it fell short.
-        Vec3::new(
-            step_away(p.x, offset.x),
-            step_away(p.y, offset.y),
-            step_away(p.z, offset.z),
-        )
-    }
-}
-
 /// The better tree takes some 15 µs a triangle longer to build, and spares some 0.2 µs of the rays
 /// of a camera sample.
 fn tree_quality(scene: &Scene, n_camera_samples: u64) -> Quality {
-    let chunks = scene.prototypes.iter().flat_map(|p| &p.chunks);
-    let n_triangles: u64 = chunks.map(|c| c.triangles.len() as u64).sum();
-    if n_triangles.saturating_mul(75) <= n_camera_samples {
+    let n_primitives: u64 = scene.prototypes.iter().map(locate::n_primitives).sum();
+    if n_primitives.saturating_mul(75) <= n_camera_samples {
         Quality::Final
     } else {
         Quality::Preview
-    }
-}
-
-/// The next number in the direction of `offset`.
-#[inline]
-fn step_away(x: f32, offset: f32) -> f32 {
-    if offset > 0.0 {
-        x.next_up()
-    } else if offset < 0.0 {
-        x.next_down()
-    } else {
-        x
-    }
-}
-
-/// State of the walk over the prototype graph.
-struct Flattening<'a> {
-    scene: &'a Scene,
-    shaders: &'a [Shader],
-    placements: Vec<Placed>,
-    accel_placements: Vec<Placement>,
-    slots: Vec<Box<[PrimvarSlot]>>,
-    /// First slots of a prototype under the per-instance primvars of an instancer.
-    slots_of: BTreeMap<(u32, Option<(u32, u32)>), u32>,
-    n_instances: i32,
-}
-
-impl Flattening<'_> {
-    fn place(
-        &mut self,
-        prototype_idx: u32,
-        engine_from_prototype: DAffine3,
-        attributes: Option<(u32, u32, u32)>,
-        instance_id: i32,
-    ) {
-        let scene = self.scene;
-        let prototype = &scene.prototypes[prototype_idx as usize];
-        if !prototype.chunks.is_empty() {
-            let engine_from_chunk =
-                engine_from_prototype * DAffine3::from_translation(prototype.center);
-            let linear = engine_from_chunk.matrix3;
-            let first_slots = self.slots_for(prototype_idx, attributes);
-            self.placements.push(Placed {
-                prototype: prototype_idx,
-                linear: linear.as_mat3(),
-                translation: engine_from_chunk.translation.as_vec3(),
-                is_identity: engine_from_chunk == DAffine3::IDENTITY,
-                handedness: if linear.determinant() < 0.0 {
-                    -1.0
-                } else {
-                    1.0
-                },
-                first_slots,
-                attributes,
-                instance_id,
-            });
-            self.accel_placements
-                .push(Placement::still(prototype_idx, engine_from_chunk));
-        }
-        for (group_idx, group) in prototype.instances.iter().enumerate() {
-            for (idx, &parent_from_prototype) in group.parent_from_prototype.iter().enumerate() {
-                // The nearest instancer that has per-instance primvars decides.
-                let own = (!group.attributes.is_empty()).then_some((
-                    prototype_idx,
-                    group_idx as u32,
-                    idx as u32,
-                ));
-                let id = self.n_instances;
-                self.n_instances += 1;
-                self.place(
-                    group.prototype,
-                    engine_from_prototype * parent_from_prototype,
-                    own.or(attributes),
-                    id,
-                );
-            }
-        }
-    }
-
-    fn slots_for(&mut self, prototype_idx: u32, attributes: Option<(u32, u32, u32)>) -> u32 {
-        let group = attributes.map(|(prototype, instances, _)| (prototype, instances));
-        if let Some(&first) = self.slots_of.get(&(prototype_idx, group)) {
-            return first;
-        }
-        let instance_attributes: &[InstanceAttribute] = match group {
-            None => &[],
-            Some((prototype, instances)) => {
-                &self.scene.prototypes[prototype as usize].instances[instances as usize].attributes
-            }
-        };
-        let first = self.slots.len() as u32;
-        for chunk in &self.scene.prototypes[prototype_idx as usize].chunks {
-            let names = self.shaders[chunk.material as usize].primvars();
-            let slots = PrimvarLayout::resolve(names, chunk, instance_attributes);
-            self.slots.push(slots.into_boxed_slice());
-        }
-        self.slots_of.insert((prototype_idx, group), first);
-        first
     }
 }
