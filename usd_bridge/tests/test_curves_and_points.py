@@ -69,9 +69,13 @@ def test_points_pass_as_authored(flatten):
     assert (dust.widths.interpolation, dust.widths.values.tolist()) == ("vertex", [2, 3])
 
 
-def test_a_stage_of_hair_is_framed(flatten):
-    frame = flatten(HAIR.replace("EXTRA", ""))
-    assert frame.camera["world_from_camera"][13] == pytest.approx(1)
+def test_a_stage_of_hair_is_framed_with_its_widths(flatten):
+    def distance(widths):
+        frame = flatten(HAIR.replace("EXTRA", f"float[] widths = {widths}"))
+        assert frame.camera["world_from_camera"][13] == pytest.approx(1)
+        return frame.camera["focus_distance"]
+
+    assert distance("[8, 1, 1]") > 4 * distance("[0, 0, 0]")
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ class Traversal:
         rendered = (below.purpose or UsdGeom.Tokens.default_) in cx.purposes
         if rendered and prim.HasAPI(UsdLux.LightAPI) and cx.options.scene_lights:
             space.lights.append((prim, below.space_from_prim, below.visibility))
-        rendered = rendered and below.visibility
+        rendered = rendered and bool(below.visibility)
         match kind:
             case "skel root":
                 skel.find_skinned(cx, prim)
