@@ -98,7 +98,7 @@ fn light_point(scene: &Scene, bounds: Bounds3) -> Vec3 {
 mod tests {
     use super::*;
     use kilauea_math::DMat4;
-    use kilauea_scene::{Camera, Instances, MeshChunk, Projection, Prototype};
+    use kilauea_scene::{Camera, Instances, MeshChunk, Projection, Prototype, Visibility};
 
     /// A triangle placed twice, five apart, far from the origin.
     fn scene() -> Scene {
@@ -119,6 +119,8 @@ mod tests {
                 parent_from_prototype: [0.0, 5.0]
                     .map(|y| DAffine3::from_translation(far + y * DVec3::Y))
                     .to_vec(),
+                later_parent_from_prototype: Vec::new(),
+                visibility: Visibility::ALL,
                 attributes: Vec::new(),
             }],
             ..Prototype::default()
@@ -133,6 +135,8 @@ mod tests {
             camera: Camera {
                 path: "/camera".into(),
                 world_from_camera: DMat4::from_translation(far + 3.0 * DVec3::Z),
+                later_world_from_camera: Vec::new(),
+                shutter: [0.0; 2],
                 projection: Projection::Orthographic,
                 screen_window: [-0.1, -0.1, 0.1, 0.1],
                 lens_radius: 0.0,
