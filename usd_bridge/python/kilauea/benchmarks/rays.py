@@ -60,17 +60,17 @@ def run(args: argparse.Namespace) -> int:
         except KilaueaError as error:
             skipped.append(str(error))
             print(f"kilauea: {error}", file=sys.stderr)
-            continue
-        rows += report["rows"]
-        builds += report["builds"]
-    summary = means(rows)
-    for table in (side_by_side(rows), summary, by_threads(builds)):
+        else:
+            rows += report["rows"]
+            builds += report["builds"]
+        # After every mesh, so that a long run that is interrupted leaves what it has.
+        write_json(args.json, rows, builds=builds, means=means(rows), skipped=skipped)
+    for table in (side_by_side(rows), means(rows), by_threads(builds)):
         print_table(table)
         print()
     for row in rows:
         if not row["agrees"]:
             print(f"kilauea: warning: {disagreement(row)}", file=sys.stderr)
-    write_json(args.json, rows, builds=builds, means=summary, skipped=skipped)
     return 0 if rows else 1
 
 
