@@ -1,5 +1,5 @@
 use crate::accel::Accel;
-use crate::node::{LEAF, Leaf4, Node8, STACK_CAPACITY, Tree};
+use crate::node::{LEAF, Node8, PairLeaf, STACK_CAPACITY, Tree};
 use std::collections::BTreeSet;
 
 impl Accel {
@@ -32,9 +32,10 @@ fn check_tree(tree: &Tree) -> Result<(), String> {
     let mut seen = BTreeSet::new();
     check_nodes(&tree.nodes, tree.leaves.len(), |leaf, low, high| {
         let leaf = &tree.leaves[leaf];
-        for lane in (0..4).filter(|&lane| leaf.triangle[lane] != u32::MAX) {
-            seen.insert((leaf.instance[lane], leaf.triangle[lane]));
-            if !overlaps(leaf, lane, low, high) {
+        for lane in leaf.used_lanes() {
+            seen.insert((leaf.instance[lane & 3], leaf.triangle[lane]));
+            // A part of a pair brings all of it.
+            if !overlaps(leaf, lane, low, high) && !overlaps(leaf, lane ^ 4, low, high) {
                 return Err(format!("triangle {} outside its leaf", leaf.triangle[lane]));
             }
         }
@@ -100,11 +101,12 @@ fn check_nodes(
 }
 
 /// Whether the bounds of a triangle touch the box.
-fn overlaps(leaf: &Leaf4, lane: usize, low: [f32; 3], high: [f32; 3]) -> bool {
+fn overlaps(leaf: &PairLeaf, lane: usize, low: [f32; 3], high: [f32; 3]) -> bool {
+    let corners = leaf.lane(lane).corners();
     (0..3).all(|axis| {
-        let corners = [0, 1, 2].map(|vertex| leaf.v[vertex][axis][lane]);
-        let least = corners.into_iter().fold(f32::INFINITY, f32::min);
-        let most = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        let along = corners.map(|corner| corner[axis]);
+        let least = along.into_iter().fold(f32::INFINITY, f32::min);
+        let most = along.into_iter().fold(f32::NEG_INFINITY, f32::max);
         least <= high[axis] && most >= low[axis]
     })
 }

@@ -1,7 +1,6 @@
+use super::pair::Pair;
 use crate::geometry::Geometry;
-use kilauea_math::{DAffine3, DVec3, Vec3A};
-use obvhs::Boundable;
-use obvhs::aabb::Aabb;
+use kilauea_math::{DAffine3, DVec3};
 
 /// Coordinates beyond this are refused: areas and edge functions must stay finite in `f32`.
 pub(crate) const MAX_COORDINATE: f32 = 1e13;
@@ -15,15 +14,6 @@ pub(crate) struct SoupTriangle {
 }
 
 impl SoupTriangle {
-    pub(crate) fn bounds(&self) -> Aabb {
-        Aabb::from_points(&self.v.map(Vec3A::from_array))
-    }
-
-    pub(crate) fn longest_edge(&self) -> f32 {
-        let [a, b, c] = self.v.map(Vec3A::from_array);
-        a.distance(b).max(b.distance(c)).max(c.distance(a))
-    }
-
     /// In range, and not so thin that its area is zero.
     fn is_valid(&self) -> bool {
         let in_range = self.v.iter().flatten().all(|x| x.abs() <= MAX_COORDINATE);
@@ -32,16 +22,12 @@ impl SoupTriangle {
     }
 }
 
-impl Boundable for SoupTriangle {
-    fn aabb(&self) -> Aabb {
-        self.bounds()
-    }
-}
-
-/// The valid triangles of one tree.
+/// The valid triangles of one tree, in pairs where neighbours in the mesh share an edge.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Soup {
-    pub(crate) triangles: Vec<SoupTriangle>,
+    pub(crate) pairs: Vec<Pair>,
+    /// Triangles in `pairs`.
+    pub(crate) n_triangles: usize,
     /// Triangles left out: bad index, coordinate that is not finite or too large, zero area.
     pub(crate) n_rejected: usize,
 }
@@ -78,7 +64,8 @@ impl Soup {
     ) {
         let mut triangle = 0;
         for (positions, indices) in &geometry.meshes {
-            self.triangles.reserve(indices.len());
+            self.pairs.reserve(indices.len() / 2);
+            let mut open = None;
             for corners in *indices {
                 let v = corners.map(|i| positions.get(i as usize).copied());
                 let candidate = SoupTriangle {
@@ -87,11 +74,30 @@ impl Soup {
                     instance,
                 };
                 if candidate.is_valid() {
-                    self.triangles.push(candidate);
+                    self.n_triangles += 1;
+                    open = match open {
+                        None => Some(candidate),
+                        Some(previous) => self.add_after(previous, candidate),
+                    };
                 } else {
                     self.n_rejected += 1;
                 }
                 triangle += 1;
+            }
+            self.pairs.extend(open.map(|last| Pair::single(&last)));
+        }
+    }
+
+    /// Adds `previous`, together with `next` if they make a pair; otherwise `next` stays open.
+    fn add_after(&mut self, previous: SoupTriangle, next: SoupTriangle) -> Option<SoupTriangle> {
+        match Pair::joined(&previous, &next) {
+            Some(pair) => {
+                self.pairs.push(pair);
+                None
+            }
+            None => {
+                self.pairs.push(Pair::single(&previous));
+                Some(next)
             }
         }
     }

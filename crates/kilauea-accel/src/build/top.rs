@@ -12,7 +12,7 @@ pub(crate) fn build_top(boxes: &[Aabb], quality: Quality, stack: usize) -> Vec<N
         max_leaf_size: 1,
         leaf_cost: 4.0,
     };
-    let bvh = binary::over_boxes(boxes, binary::all(boxes.len()), quality);
+    let bvh = binary::over_boxes(boxes, quality);
     let (mut nodes, leaves) = bounded_widen(bvh, options, stack, || balanced::over_boxes(boxes));
     for link in nodes.iter_mut().flat_map(|node| &mut node.child) {
         if *link & LEAF != 0

@@ -1,6 +1,6 @@
 use super::stack::Storage;
 use super::tree_ray::TreeRay;
-use crate::node::{Leaf4, Node8};
+use crate::node::{Node8, PairLeaf};
 
 /// Distances at which a ray enters the eight boxes of a node.
 #[derive(Clone, Copy)]
@@ -11,7 +11,7 @@ pub(crate) struct Entries(pub(crate) [f32; 8]);
 pub(crate) trait Kernel: Copy {
     /// The ray spread over eight lanes.
     type NodeRay: Copy;
-    /// The ray spread over four lanes.
+    /// The ray spread over eight lanes, sheared.
     type LeafRay: Copy;
     /// What the stack is kept in.
     type Storage: Storage;
@@ -29,7 +29,7 @@ pub(crate) trait Kernel: Copy {
     /// The lanes whose triangles the line may pass through, by the signs of the watertight edge
     /// functions, less those that it certainly meets outside the range that ends at `limit`;
     /// [`super::triangle::intersect`] decides.
-    fn candidates(self, ray: &Self::LeafRay, limit: f32, leaf: &Leaf4) -> u32;
+    fn candidates(self, ray: &Self::LeafRay, limit: f32, leaf: &PairLeaf) -> u32;
 
     /// The item that a link of the tree names.
     fn item<T>(self, items: &[T], link: u32) -> &T;

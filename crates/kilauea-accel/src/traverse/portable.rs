@@ -4,7 +4,7 @@ use super::kernel::{Entries, Kernel};
 use super::stack::Entry;
 use super::tree_ray::TreeRay;
 use super::two_level::{self, Scene};
-use crate::node::{Leaf4, Node8, STACK_CAPACITY};
+use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
 
 /// The kernels that every processor has.
@@ -63,17 +63,13 @@ impl Kernel for Portable {
         (hit, Entries(near))
     }
 
-    fn candidates(self, ray: &TreeRay, _limit: f32, leaf: &Leaf4) -> u32 {
-        let [kx, ky, kz] = ray.axes;
+    fn candidates(self, ray: &TreeRay, _limit: f32, leaf: &PairLeaf) -> u32 {
         let mut mask = 0;
-        for lane in 0..4 {
-            let [a, b, c] = [0, 1, 2].map(|vertex| {
-                let p = leaf.v[vertex].map(|axis| axis[lane]);
-                let along = p[kz] - ray.origin[kz];
-                [
-                    (p[kx] - ray.origin[kx]) - ray.shear[0] * along,
-                    (p[ky] - ray.origin[ky]) - ray.shear[1] * along,
-                ]
+        for lane in 0..8 {
+            let rows = if lane < 4 { [0, 1, 2] } else { [0, 2, 3] };
+            let [a, b, c] = rows.map(|row| {
+                let p = [0, 1, 2].map(|axis| leaf.corners[axis][row][lane & 3]);
+                ray.sheared(p)
             });
             let edges = [
                 c[0] * b[1] - c[1] * b[0],

@@ -99,4 +99,15 @@ impl TreeRay {
     pub(crate) fn limit(&self, t: f32) -> f32 {
         (t - self.t_start) * (1.0 + f32::EPSILON)
     }
+
+    /// A point in the plane across the ray, in the arithmetic that all kernels share.
+    #[inline(always)]
+    pub(crate) fn sheared(&self, p: [f32; 3]) -> [f32; 2] {
+        let [kx, ky, kz] = self.axes;
+        let along = p[kz] - self.origin[kz];
+        [
+            (p[kx] - self.origin[kx]) - self.shear[0] * along,
+            (p[ky] - self.origin[ky]) - self.shear[1] * along,
+        ]
+    }
 }

@@ -1,8 +1,8 @@
 use super::tree_ray::TreeRay;
-use crate::node::Leaf4;
+use crate::node::LeafTriangle;
 
-/// Distance and weights of the second and third vertex where the ray's line meets the triangle in
-/// `lane`, one that [`super::kernel::Kernel::candidates`] named; `None` if the line passes by or lies
+/// Distance and weights of the second and third corner where the ray's line meets a triangle that
+/// [`super::kernel::Kernel::candidates`] named; `None` if the line passes by or lies
 /// in the plane.
 ///
 /// Woop et al. 2013: the vertices are sheared into the plane across the ray in `f32`, alike for
@@ -10,18 +10,24 @@ use crate::node::Leaf4;
 /// through an edge or a vertex of a closed mesh cannot pass. The position is found afresh in `f64`
 /// and kept within the triangle.
 #[inline(always)]
-pub(crate) fn intersect(leaf: &Leaf4, lane: usize, ray: &TreeRay) -> Option<[f32; 3]> {
+pub(crate) fn intersect(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> Option<[f32; 3]> {
     let [kx, ky, kz] = ray.axes;
     let rcp_largest = 1.0 / ray.dir_f64[kz];
     let shear = [ray.dir_f64[kx] * rcp_largest, ray.dir_f64[ky] * rcp_largest];
-    let (a, a_along) = sheared_f64(leaf, lane, 0, ray, shear);
-    let (b, b_along) = sheared_f64(leaf, lane, 1, ray, shear);
-    let (c, c_along) = sheared_f64(leaf, lane, 2, ray, shear);
+    // Corners in the plane across the ray from its true origin, and how far along the last axis.
+    let [(a, a_along), (b, b_along), (c, c_along)] = [0, 1, 2].map(|corner| {
+        let from_origin =
+            |axis| f64::from(triangle.coordinate(corner, axis)) - ray.origin_f64[axis];
+        let along = from_origin(kz);
+        let x = from_origin(kx) - shear[0] * along;
+        let y = from_origin(ky) - shear[1] * along;
+        ([x, y], along)
+    });
     let mut weights = edge_functions(a, b, c);
     let least = weights[0].min(weights[1]).min(weights[2]);
     let most = weights[0].max(weights[1]).max(weights[2]);
     if least <= 0.0 && most >= 0.0 {
-        weights = weights_at_border(leaf, lane, ray, weights)?;
+        weights = weights_at_border(triangle, ray, weights)?;
     }
     let [wa, wb, wc] = weights;
     let scale = 1.0 / (wa + wb + wc);
@@ -37,17 +43,15 @@ pub(crate) fn intersect(leaf: &Leaf4, lane: usize, ray: &TreeRay) -> Option<[f32
 /// `exact` says where it would be outside.
 #[cold]
 fn weights_at_border(
-    leaf: &Leaf4,
-    lane: usize,
+    triangle: &LeafTriangle<'_>,
     ray: &TreeRay,
     exact: [f64; 3],
 ) -> Option<[f64; 3]> {
     // Products of `f32` are exact in `f64`: where the kernel found zero, this finds the sign.
-    let decisive = edge_functions(
-        sheared(leaf, lane, 0, ray),
-        sheared(leaf, lane, 1, ray),
-        sheared(leaf, lane, 2, ray),
-    );
+    let [a, b, c] = triangle
+        .corners()
+        .map(|corner| ray.sheared(corner).map(f64::from));
+    let decisive = edge_functions(a, b, c);
     let inside = decisive.iter().all(|&w| w >= 0.0) || decisive.iter().all(|&w| w <= 0.0);
     if !inside || decisive == [0.0; 3] {
         return None;
@@ -59,34 +63,6 @@ fn weights_at_border(
         return Some(decisive.map(f64::abs));
     }
     Some(kept)
-}
-
-/// A corner in the plane across the ray, as the kernels compute it.
-#[inline(always)]
-fn sheared(leaf: &Leaf4, lane: usize, vertex: usize, ray: &TreeRay) -> [f64; 2] {
-    let [kx, ky, kz] = ray.axes;
-    let corner = &leaf.v[vertex];
-    let along = corner[kz][lane] - ray.origin[kz];
-    let x = (corner[kx][lane] - ray.origin[kx]) - ray.shear[0] * along;
-    let y = (corner[ky][lane] - ray.origin[ky]) - ray.shear[1] * along;
-    [f64::from(x), f64::from(y)]
-}
-
-/// A corner in the plane across the ray from its true origin, and how far along the last axis.
-#[inline(always)]
-fn sheared_f64(
-    leaf: &Leaf4,
-    lane: usize,
-    vertex: usize,
-    ray: &TreeRay,
-    shear: [f64; 2],
-) -> ([f64; 2], f64) {
-    let [kx, ky, kz] = ray.axes;
-    let corner = &leaf.v[vertex];
-    let along = f64::from(corner[kz][lane]) - ray.origin_f64[kz];
-    let x = (f64::from(corner[kx][lane]) - ray.origin_f64[kx]) - shear[0] * along;
-    let y = (f64::from(corner[ky][lane]) - ray.origin_f64[ky]) - shear[1] * along;
-    ([x, y], along)
 }
 
 /// Twice the signed areas that the origin spans with the edges opposite to each corner.

@@ -165,9 +165,9 @@ impl<K: Kernel, F: FnMut(&Hit) -> bool, const ANY: bool> Visitor for TreeLeaves<
         let leaf = self.kernel.item(&self.tree.leaves, leaf);
         let mut candidates = self.kernel.candidates(&self.leaf_ray, self.limit, leaf);
         while candidates != 0 {
-            let lane = (candidates.trailing_zeros() & 3) as usize;
+            let lane = (candidates.trailing_zeros() & 7) as usize;
             candidates &= candidates - 1;
-            if let Some(place) = triangle::intersect(leaf, lane, self.ray)
+            if let Some(place) = triangle::intersect(&leaf.lane(lane), self.ray)
                 && self.search.offer(leaf.hit(lane, place, self.id_base))
             {
                 if ANY {

@@ -1,14 +1,14 @@
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::{
-    __m128, __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_add_ps,
-    _mm_and_ps, _mm_andnot_ps, _mm_cmp_ps, _mm_fmadd_ps, _mm_load_ps, _mm_max_ps, _mm_min_ps,
-    _mm_movemask_ps, _mm_mul_ps, _mm_or_ps, _mm_prefetch, _mm_set1_ps, _mm_setzero_ps, _mm_sub_ps,
-    _mm_xor_ps, _mm256_cmp_ps, _mm256_load_ps, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps,
-    _mm256_mul_ps, _mm256_set1_ps, _mm256_store_ps, _mm256_sub_ps,
+    __m128, __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_prefetch,
+    _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_cmp_ps,
+    _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps, _mm256_setzero_ps,
+    _mm256_store_ps, _mm256_sub_ps, _mm256_xor_ps,
 };
 use std::mem::MaybeUninit;
 
-use crate::node::{Leaf4, Node8, STACK_CAPACITY};
+use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
 use crate::traverse::kernel::{Entries, Kernel};
 use crate::traverse::stack::{Entry, Storage};
@@ -77,13 +77,13 @@ pub(crate) struct NodeRay {
 #[derive(Clone, Copy)]
 pub(crate) struct LeafRay {
     /// By axis as sheared: the direction's own last.
-    origin: [__m128; 3],
-    shear: [__m128; 2],
+    origin: [__m256; 3],
+    shear: [__m256; 2],
     axes: [usize; 3],
     /// Largest component of the direction.
-    dir_largest: __m128,
-    t_min: __m128,
-    rounded_size: __m128,
+    dir_largest: __m256,
+    t_min: __m256,
+    rounded_size: __m256,
 }
 
 impl Kernel for Avx2 {
@@ -112,15 +112,15 @@ impl Kernel for Avx2 {
         unsafe {
             LeafRay {
                 origin: [
-                    _mm_set1_ps(ray.origin[kx]),
-                    _mm_set1_ps(ray.origin[ky]),
-                    _mm_set1_ps(ray.origin[kz]),
+                    _mm256_set1_ps(ray.origin[kx]),
+                    _mm256_set1_ps(ray.origin[ky]),
+                    _mm256_set1_ps(ray.origin[kz]),
                 ],
-                shear: [_mm_set1_ps(ray.shear[0]), _mm_set1_ps(ray.shear[1])],
+                shear: [_mm256_set1_ps(ray.shear[0]), _mm256_set1_ps(ray.shear[1])],
                 axes: ray.axes,
-                dir_largest: _mm_set1_ps(ray.dir_f64[kz] as f32),
-                t_min: _mm_set1_ps(ray.t_min),
-                rounded_size: _mm_set1_ps(ray.rounded_size),
+                dir_largest: _mm256_set1_ps(ray.dir_f64[kz] as f32),
+                t_min: _mm256_set1_ps(ray.t_min),
+                rounded_size: _mm256_set1_ps(ray.rounded_size),
             }
         }
     }
@@ -152,42 +152,48 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn candidates(self, ray: &LeafRay, limit: f32, leaf: &Leaf4) -> u32 {
+    fn candidates(self, ray: &LeafRay, limit: f32, leaf: &PairLeaf) -> u32 {
         // SAFETY: `self` proves the features.
         unsafe {
-            let (ax, ay, az) = shear(ray, leaf, 0);
-            let (bx, by, bz) = shear(ray, leaf, 1);
-            let (cx, cy, cz) = shear(ray, leaf, 2);
+            let rows = leaf.corners.as_ptr().cast::<f32>();
+            let row = |axis: usize, corner: usize| rows.add(axis * 16 + corner * 4);
+            let twice = |axis| _mm256_broadcast_ps(&*row(axis, 0).cast::<__m128>());
+            let two = |corner| move |axis| _mm256_loadu_ps(row(axis, corner));
+            let (ax, ay, az) = shear(ray, twice);
+            let (bx, by, bz) = shear(ray, two(1));
+            let (cx, cy, cz) = shear(ray, two(2));
             let u = cross(cx, cy, bx, by);
             let v = cross(ax, ay, cx, cy);
             let w = cross(bx, by, ax, ay);
-            let zero = _mm_setzero_ps();
-            let low = _mm_min_ps(_mm_min_ps(u, v), w);
-            let high = _mm_max_ps(_mm_max_ps(u, v), w);
-            let inside = _mm_or_ps(
-                _mm_cmp_ps::<_CMP_GE_OQ>(low, zero),
-                _mm_cmp_ps::<_CMP_LE_OQ>(high, zero),
+            let zero = _mm256_setzero_ps();
+            let low = _mm256_min_ps(_mm256_min_ps(u, v), w);
+            let high = _mm256_max_ps(_mm256_max_ps(u, v), w);
+            let inside = _mm256_or_ps(
+                _mm256_cmp_ps::<_CMP_GE_OQ>(low, zero),
+                _mm256_cmp_ps::<_CMP_LE_OQ>(high, zero),
             );
 
             // Distance times `scale`, and how far off it may be. A NaN excludes nothing.
-            let minus_zero = _mm_set1_ps(-0.0);
-            let scale = _mm_mul_ps(_mm_add_ps(_mm_add_ps(u, v), w), ray.dir_largest);
-            let along = _mm_fmadd_ps(u, az, _mm_fmadd_ps(v, bz, _mm_mul_ps(w, cz)));
-            let distance = _mm_xor_ps(along, _mm_and_ps(scale, minus_zero));
-            let scale = _mm_andnot_ps(minus_zero, scale);
-            let error = _mm_fmadd_ps(
-                _mm_set1_ps(leaf.error[0]),
-                _mm_add_ps(_mm_andnot_ps(minus_zero, az), ray.rounded_size),
-                _mm_set1_ps(leaf.error[1]),
+            let minus_zero = _mm256_set1_ps(-0.0);
+            let scale = _mm256_mul_ps(_mm256_add_ps(_mm256_add_ps(u, v), w), ray.dir_largest);
+            let along = _mm256_fmadd_ps(u, az, _mm256_fmadd_ps(v, bz, _mm256_mul_ps(w, cz)));
+            let distance = _mm256_xor_ps(along, _mm256_and_ps(scale, minus_zero));
+            let scale = _mm256_andnot_ps(minus_zero, scale);
+            let error = _mm256_fmadd_ps(
+                _mm256_set1_ps(leaf.error[0]),
+                _mm256_add_ps(_mm256_andnot_ps(minus_zero, az), ray.rounded_size),
+                _mm256_set1_ps(leaf.error[1]),
             );
-            let before =
-                _mm_cmp_ps::<_CMP_LT_OQ>(_mm_add_ps(distance, error), _mm_mul_ps(scale, ray.t_min));
-            let beyond = _mm_cmp_ps::<_CMP_GT_OQ>(
-                _mm_sub_ps(distance, error),
-                _mm_mul_ps(scale, _mm_set1_ps(limit)),
+            let before = _mm256_cmp_ps::<_CMP_LT_OQ>(
+                _mm256_add_ps(distance, error),
+                _mm256_mul_ps(scale, ray.t_min),
             );
-            let outside = _mm_or_ps(before, beyond);
-            _mm_movemask_ps(_mm_andnot_ps(outside, inside)) as u32
+            let beyond = _mm256_cmp_ps::<_CMP_GT_OQ>(
+                _mm256_sub_ps(distance, error),
+                _mm256_mul_ps(scale, _mm256_set1_ps(limit)),
+            );
+            let outside = _mm256_or_ps(before, beyond);
+            _mm256_movemask_ps(_mm256_andnot_ps(outside, inside)) as u32
         }
     }
 
@@ -239,22 +245,22 @@ unsafe fn slab(node: &Node8, plane: usize, origin: __m256, rcp: __m256) -> __m25
     }
 }
 
-/// A corner of each triangle, sheared into the plane across the ray, and how far along.
+/// A corner of each triangle, sheared into the plane across the ray, and how far along;
+/// `coordinates` loads those of an axis.
 ///
 /// # Safety
-/// Needs AVX2 and `vertex < 3`.
+/// Needs AVX2.
 #[inline(always)]
-unsafe fn shear(ray: &LeafRay, leaf: &Leaf4, vertex: usize) -> (__m128, __m128, __m128) {
-    let corner = leaf.v.as_ptr().cast::<f32>().wrapping_add(vertex * 12);
+unsafe fn shear(ray: &LeafRay, coordinates: impl Fn(usize) -> __m256) -> (__m256, __m256, __m256) {
     let [kx, ky, kz] = ray.axes;
-    // SAFETY: the axes are below 3, so each row is inside `v`; rows are aligned to 16 bytes.
+    // SAFETY: as the caller promises.
     unsafe {
-        let x = _mm_sub_ps(_mm_load_ps(corner.add(kx * 4)), ray.origin[0]);
-        let y = _mm_sub_ps(_mm_load_ps(corner.add(ky * 4)), ray.origin[1]);
-        let along = _mm_sub_ps(_mm_load_ps(corner.add(kz * 4)), ray.origin[2]);
+        let x = _mm256_sub_ps(coordinates(kx), ray.origin[0]);
+        let y = _mm256_sub_ps(coordinates(ky), ray.origin[1]);
+        let along = _mm256_sub_ps(coordinates(kz), ray.origin[2]);
         (
-            _mm_sub_ps(x, _mm_mul_ps(ray.shear[0], along)),
-            _mm_sub_ps(y, _mm_mul_ps(ray.shear[1], along)),
+            _mm256_sub_ps(x, _mm256_mul_ps(ray.shear[0], along)),
+            _mm256_sub_ps(y, _mm256_mul_ps(ray.shear[1], along)),
             along,
         )
     }
@@ -265,9 +271,9 @@ unsafe fn shear(ray: &LeafRay, leaf: &Leaf4, vertex: usize) -> (__m128, __m128, 
 /// # Safety
 /// Needs AVX2.
 #[inline(always)]
-unsafe fn cross(ax: __m128, ay: __m128, bx: __m128, by: __m128) -> __m128 {
+unsafe fn cross(ax: __m256, ay: __m256, bx: __m256, by: __m256) -> __m256 {
     // SAFETY: as the caller promises.
-    unsafe { _mm_sub_ps(_mm_mul_ps(ax, by), _mm_mul_ps(ay, bx)) }
+    unsafe { _mm256_sub_ps(_mm256_mul_ps(ax, by), _mm256_mul_ps(ay, bx)) }
 }
 
 /// Storage that is neither cleared nor checked.
