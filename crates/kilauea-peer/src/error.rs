@@ -19,6 +19,14 @@ pub enum PeerError {
         /// Value of `RTCError`.
         code: i32,
     },
+    /// The library is another major version, whose calls differ.
+    #[error("{found} is not Embree {needed}")]
+    Version {
+        /// Name and version of the library.
+        found: String,
+        /// The major version that is needed.
+        needed: isize,
+    },
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]
     Io {

@@ -54,11 +54,8 @@ pub struct Report {
     pub builds: Vec<BuildRow>,
 }
 
-/// Our qualities with the modes of Embree that each is compared with.
-const PAIRS: [(&str, &[Mode]); 2] = [
-    ("preview", &[Mode::LOW]),
-    ("final", &[Mode::MEDIUM, Mode::HIGH, Mode::ROBUST]),
-];
+/// The modes of Embree that each of [`Ours::QUALITIES`] is compared with.
+const PEERS: [&[Mode]; 2] = [&[Mode::LOW], &[Mode::MEDIUM, Mode::HIGH, Mode::ROBUST]];
 
 /// Measures ours beside Embree: builds first, then rays, on the calling thread.
 pub fn measure(
@@ -75,10 +72,9 @@ pub fn measure(
     let ours = Ours::QUALITIES.map(|(_, quality)| Ours::build(mesh, quality));
     let mut scenes = Vec::new();
     let mut pairs = Vec::new();
-    for (name, modes) in PAIRS {
-        let ours_idx = Ours::QUALITIES.iter().position(|(known, _)| *known == name);
+    for (ours_idx, modes) in PEERS.into_iter().enumerate() {
         for &mode in modes {
-            pairs.push((ours_idx.expect("one of ours"), scenes.len(), mode));
+            pairs.push((ours_idx, ours.len() + scenes.len(), mode));
             scenes.push(EmbreeScene::build(&device, mesh, mode)?);
         }
     }
@@ -90,8 +86,7 @@ pub fn measure(
     let mut rows = Vec::new();
     for set in &workload.rays {
         let rates = mrays_per_s(&tracers, set, options.n_rounds);
-        for &(ours_idx, scene_idx, mode) in &pairs {
-            let peer_idx = ours.len() + scene_idx;
+        for &(ours_idx, peer_idx, mode) in &pairs {
             let agreement = Agreement::of(tracers[ours_idx], tracers[peer_idx], set);
             rows.push(RayRow {
                 mesh: workload.name.clone(),

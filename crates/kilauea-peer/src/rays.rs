@@ -4,7 +4,7 @@ use kilauea_accel::Quality;
 use kilauea_math::hash::{combine, unit_f32};
 use kilauea_math::{Frame, Vec2, Vec3, warp};
 
-use crate::{Ours, PeerError, Query, RaySet, Segment, TriangleMesh, View, Workload};
+use crate::{Ours, Query, RaySet, Segment, TriangleMesh, View, Workload};
 
 /// How far rays start off the surface, and length of ambient occlusion rays; both as a fraction of
 /// the diagonal of the mesh's box.
@@ -20,13 +20,9 @@ impl Workload {
     /// - `occlusion`: short cosine-distributed ones, in the order of the picture;
     /// - `random`: from anywhere in the mesh's box in any direction.
     ///
-    /// There are as many of the middle three as primary rays that hit something.
-    pub fn trace_view(
-        name: &str,
-        mesh: TriangleMesh,
-        view: &View,
-        n_rays: usize,
-    ) -> Result<Self, PeerError> {
+    /// There are as many of the middle three as primary rays that hit something; kinds without
+    /// any ray are left out.
+    pub fn trace_view(name: &str, mesh: TriangleMesh, view: &View, n_rays: usize) -> Self {
         let ours = Ours::build(&mesh, Quality::Final);
         let diagonal = mesh.bounds().diagonal().length();
         let mut primary = Vec::new();
@@ -66,11 +62,11 @@ impl Workload {
             query,
             rays,
         });
-        Ok(Self {
+        Self {
             name: name.into(),
             rays: sets.filter(|set| !set.rays.is_empty()).collect(),
             mesh,
-        })
+        }
     }
 }
 

@@ -57,7 +57,7 @@ pub fn shape(shape: Shape, n_rays: usize) -> Result<Workload, PeerError> {
     let name = shape.name();
     let mesh = TriangleMesh::new(name, builder.positions, builder.triangles)?;
     let view = View::look_at(eye, center, HALF_WIDTH, light);
-    Workload::trace_view(name, mesh, &view, n_rays)
+    Ok(Workload::trace_view(name, mesh, &view, n_rays))
 }
 
 #[derive(Default)]

@@ -24,7 +24,7 @@ impl Workload {
         let mesh = TriangleMesh::new(name, soup.positions, soup.triangles)?;
         let light = light_point(scene, mesh.bounds());
         let view = View::of_camera(&scene.camera, scene.origin_world, light);
-        Self::trace_view(name, mesh, &view, n_rays)
+        Ok(Self::trace_view(name, mesh, &view, n_rays))
     }
 }
 

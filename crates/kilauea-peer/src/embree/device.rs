@@ -6,6 +6,9 @@ use super::ffi::{DEVICE_PROPERTY_VERSION_MAJOR, DeviceHandle};
 use super::library::{Embree, Functions};
 use crate::PeerError;
 
+/// The C interface that `ffi` declares.
+const MAJOR_VERSION: isize = 4;
+
 /// A device with a number of threads, which builds use; rays are traced by who asks.
 pub struct Device<'a> {
     pub(super) functions: &'a Functions,
@@ -29,6 +32,12 @@ impl<'a> Device<'a> {
             n_bytes: Arc::new(AtomicIsize::new(0)),
         };
         device.check("rtcNewDevice")?;
+        if device.version()[0] != MAJOR_VERSION {
+            return Err(PeerError::Version {
+                found: device.name(),
+                needed: MAJOR_VERSION,
+            });
+        }
         let counter = Arc::as_ptr(&device.n_bytes);
         // SAFETY: the device is valid, and the counter lives as long as it does.
         unsafe {
@@ -44,12 +53,16 @@ impl<'a> Device<'a> {
 
     /// The library with its version.
     pub fn name(&self) -> String {
-        let [major, minor, patch] = [0, 1, 2].map(|part| {
+        let [major, minor, patch] = self.version();
+        format!("Embree {major}.{minor}.{patch}")
+    }
+
+    fn version(&self) -> [isize; 3] {
+        [0, 1, 2].map(|part| {
             let property = DEVICE_PROPERTY_VERSION_MAJOR + part;
             // SAFETY: the device is valid.
             unsafe { (self.functions.rtcGetDeviceProperty)(self.handle, property) }
-        });
-        format!("Embree {major}.{minor}.{patch}")
+        })
     }
 
     /// Bytes that Embree holds now.

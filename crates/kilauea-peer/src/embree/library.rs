@@ -10,7 +10,6 @@ macro_rules! functions {
     ($($name:ident($($argument:ty),*) $(-> $result:ty)?;)*) => {
         /// The C functions in use, under their own names.
         #[expect(non_snake_case, reason = "names of the C interface")]
-        #[derive(Clone, Copy)]
         pub(super) struct Functions {
             $(pub(super) $name: unsafe extern "C" fn($($argument),*) $(-> $result)?,)*
         }

@@ -7,6 +7,8 @@ import json
 import os
 import sys
 from collections import defaultdict
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from statistics import geometric_mean
 from typing import Any
@@ -49,28 +51,26 @@ def run(args: argparse.Namespace) -> int:
     rows: list[dict[str, Any]] = []
     builds: list[dict[str, Any]] = []
     skipped: list[str] = []
-    loaders = [lambda mesh=mesh: load(mesh, limits) for mesh in meshes]
+    loaders: list[Callable[[], Any]] = [partial(load, mesh, limits) for mesh in meshes]
     if args.mesh:
-        loaders.append(lambda: native().RayWorkload.read(args.mesh, args.rays))
+        loaders.append(partial(native().RayWorkload.read, args.mesh, args.rays))
     for loader in loaders:
         try:
             report = measure(loader, args.dump, library, args.rounds, threads)
         except KilaueaError as error:
             skipped.append(str(error))
             print(f"kilauea: {error}", file=sys.stderr)
-            continue
-        rows += report["rows"]
-        builds += report["builds"]
-    summary = means(rows)
-    print_table(side_by_side(rows))
-    print()
-    print_table(summary)
-    print()
-    print_table(by_threads(builds))
+        else:
+            rows += report["rows"]
+            builds += report["builds"]
+        # After every mesh, so that a long run that is interrupted leaves what it has.
+        write_json(args.json, rows, builds=builds, means=means(rows), skipped=skipped)
+    for table in (side_by_side(rows), means(rows), by_threads(builds)):
+        print_table(table)
+        print()
     for row in rows:
         if not row["agrees"]:
             print(f"kilauea: warning: {disagreement(row)}", file=sys.stderr)
-    write_json(args.json, rows, builds=builds, means=summary, skipped=skipped)
     return 0 if rows else 1
 
 
@@ -102,7 +102,7 @@ def embree_library() -> Path:
 
 
 def measure(
-    loader: Any, dump: str | None, library: str, rounds: int, threads: list[int]
+    loader: Callable[[], Any], dump: str | None, library: str, rounds: int, threads: list[int]
 ) -> dict[str, Any]:
     """Load a mesh and measure it; everything long can be interrupted."""
     engine = native()

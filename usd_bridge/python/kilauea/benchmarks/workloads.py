@@ -31,8 +31,8 @@ class Limits:
 
 def default_meshes() -> list[str]:
     """Return the shapes, and those of our stages that are there."""
-    assets = Path(os.environ.get("KILAUEA_ASSETS", ""))
-    stages = [assets / stage for stage in STAGES] if "KILAUEA_ASSETS" in os.environ else []
+    assets = os.environ.get("KILAUEA_ASSETS")
+    stages = [Path(assets) / stage for stage in STAGES] if assets else []
     return native().RayWorkload.shapes() + [str(stage) for stage in stages if stage.is_file()]
 
 
