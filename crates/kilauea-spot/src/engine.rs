@@ -214,11 +214,8 @@ where
             progress.end(Some(RunError::Cancelled));
             break;
         }
-        let Some(number) = progress.reserve() else {
-            break;
-        };
+        let number = progress.next_number();
         let Some(work) = job.root(number) else {
-            progress.exhaust();
             break;
         };
         match catch_unwind(AssertUnwindSafe(|| inline.run(work))) {

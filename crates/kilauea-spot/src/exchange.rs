@@ -215,7 +215,13 @@ impl Progress {
             return None;
         }
         self.n_in_flight.fetch_add(1, Ordering::SeqCst);
-        Some(self.next_root.fetch_add(1, Ordering::SeqCst))
+        Some(self.next_number())
+    }
+
+    /// The number of the next root, not counted as in flight.
+    #[inline]
+    pub(crate) fn next_number(&self) -> u64 {
+        self.next_root.fetch_add(1, Ordering::SeqCst)
     }
 
     /// Notes that there are no more roots. Whoever does so still holds a reservation, so the run
