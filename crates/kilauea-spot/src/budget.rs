@@ -1,5 +1,8 @@
 //! How much memory SPOTs in flight may take.
 
+/// Roots that a thread admits before it has seen what they lead to.
+const FIRST_WINDOW: usize = 64;
+
 /// The bytes that one engine thread has in flight, and its share of the budget.
 pub(crate) struct Budget {
     share_bytes: usize,
@@ -7,6 +10,8 @@ pub(crate) struct Budget {
     peak_bytes: usize,
     n_spots: usize,
     peak_spots: usize,
+    n_roots: usize,
+    window: usize,
 }
 
 /// What a thread may still do. Each level is allowed less than the one before, so that what was
@@ -32,12 +37,9 @@ impl Budget {
             peak_bytes: 0,
             n_spots: 0,
             peak_spots: 0,
+            n_roots: 0,
+            window: FIRST_WINDOW,
         }
-    }
-
-    /// Whether the whole share is not used yet; what [`Order::FirstCome`](crate::Order) asks for.
-    pub(crate) fn is_within_share(&self) -> bool {
-        self.bytes == 0 || self.bytes < self.share_bytes
     }
 
     pub(crate) fn peak_bytes(&self) -> usize {
@@ -46,6 +48,34 @@ impl Budget {
 
     pub(crate) fn peak_spots(&self) -> usize {
         self.peak_spots
+    }
+
+    /// Whether the whole share is not used yet; what [`Order::FirstCome`](crate::Order) asks for.
+    pub(crate) fn is_within_share(&self) -> bool {
+        self.bytes == 0 || self.bytes < self.share_bytes
+    }
+
+    /// Whether there is room for a root, and for what roots lead to by all that was seen.
+    ///
+    /// Roots that are in flight together grow together while answers are slow: by the time that
+    /// memory is short it is full of beginnings. So the number of roots is limited as that of
+    /// packets is on a network (Jacobson 1988): it grows with every root that ends, and is halved
+    /// when memory gets short.
+    pub(crate) fn may_admit(&self) -> bool {
+        self.pressure() == Pressure::Admit && self.n_roots < self.window
+    }
+
+    /// A root was admitted.
+    pub(crate) fn begin_root(&mut self) {
+        self.n_roots += 1;
+    }
+
+    /// A root and all it led to have ended.
+    pub(crate) fn end_root(&mut self) {
+        if self.n_roots == self.window {
+            self.window += 1;
+        }
+        self.n_roots -= 1;
     }
 
     /// A SPOT begins.
@@ -65,6 +95,10 @@ impl Budget {
     pub(crate) fn charge(&mut self, bytes: usize) {
         self.bytes += bytes;
         self.peak_bytes = self.peak_bytes.max(self.bytes);
+        // Once for all roots that are in flight now: not again before half of them have ended.
+        if self.n_roots <= self.window && self.pressure() > Pressure::Start {
+            self.window = (self.n_roots / 2).max(1);
+        }
     }
 
     /// Counts memory that is free again.
@@ -105,5 +139,29 @@ mod tests {
         budget.end_spot(400);
         assert_eq!(budget.pressure(), Pressure::Admit);
         assert_eq!((budget.peak_bytes(), budget.peak_spots()), (700, 1));
+    }
+
+    #[test]
+    fn the_window_grows_with_ends_and_shrinks_with_pressure() {
+        let mut budget = Budget::new(8000);
+        let admit_all = |budget: &mut Budget| {
+            while budget.may_admit() {
+                budget.begin_root();
+            }
+            budget.n_roots
+        };
+        assert_eq!(admit_all(&mut budget), FIRST_WINDOW);
+        for _ in 0..10 {
+            budget.end_root();
+            admit_all(&mut budget);
+        }
+        assert_eq!(budget.n_roots, FIRST_WINDOW + 10);
+        budget.charge(6001);
+        budget.charge(1);
+        budget.release(6002);
+        for _ in 0..FIRST_WINDOW {
+            budget.end_root();
+        }
+        assert_eq!(admit_all(&mut budget), (FIRST_WINDOW + 10) / 2);
     }
 }

@@ -11,6 +11,8 @@ mod error;
 mod exchange;
 mod inbox;
 mod inline;
+#[cfg(all(test, loom))]
+mod interleavings;
 mod lane;
 mod priority;
 mod program;

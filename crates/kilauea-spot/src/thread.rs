@@ -126,6 +126,7 @@ where
             return self.choose_first_come(may_admit);
         }
         let pressure = lane.budget.pressure();
+        let may_admit = lane.budget.may_admit();
         let backlog = &self.exchange.backlogs[self.thread];
         if pressure <= Pressure::Resume {
             let urgency = lane.ready.urgency();
@@ -139,13 +140,13 @@ where
             }
         }
         drop(lane);
-        match pressure {
-            Pressure::Admit => self
-                .admit()
-                .or_else(|| self.exchange.steal(self.thread).map(Task::StartChild)),
-            Pressure::Start => self.exchange.steal(self.thread).map(Task::StartChild),
-            Pressure::Resume | Pressure::Full => self.choose_privileged(),
+        if pressure > Pressure::Start {
+            return self.choose_privileged();
         }
+        if may_admit && let Some(root) = self.admit() {
+            return Some(root);
+        }
+        self.exchange.steal(self.thread).map(Task::StartChild)
     }
 
     fn choose_first_come(&mut self, may_admit: bool) -> Option<Task<P>> {
@@ -194,6 +195,7 @@ where
         let progress = &self.exchange.progress;
         let number = progress.reserve()?;
         if let Some(work) = self.job.root(number) {
+            self.lane.borrow_mut().budget.begin_root();
             return Some(Task::StartRoot(number, work));
         }
         progress.exhaust();
@@ -290,6 +292,7 @@ where
         loop {
             let Some(home) = origin.home else {
                 self.stats.n_roots += 1;
+                self.lane.borrow_mut().budget.end_root();
                 self.job.done(origin.root, output);
                 self.exchange.end_root(origin.root);
                 return;
