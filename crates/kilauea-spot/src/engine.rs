@@ -88,12 +88,7 @@ impl Engine {
 
     /// Runs all roots of `job`; questions are answered and children run inside the call. Nothing
     /// waits, so the budget does not matter.
-    pub fn run_inline<P, A, J>(
-        &self,
-        program: &P,
-        answerer: &A,
-        job: &J,
-    ) -> Result<Stats, RunError>
+    pub fn run_inline<P, A, J>(&self, program: &P, answerer: &A, job: &J) -> Result<Stats, RunError>
     where
         P: Program,
         A: Answerer<P>,
@@ -127,7 +122,13 @@ impl Engine {
         let start = Instant::now();
         let threads = scope(|threads| {
             for i in 0..n_servers.max(1) {
-                spawn(threads, format!("answers {i}"), Builder::new(), &fail, serve);
+                spawn(
+                    threads,
+                    format!("answers {i}"),
+                    Builder::new(),
+                    &fail,
+                    serve,
+                );
             }
             self.join_engine_threads(threads, &run, &fail)
         });
@@ -143,9 +144,13 @@ impl Engine {
     ) -> Vec<ThreadStats> {
         let start = |thread| {
             let builder = Builder::new().stack_size(self.limits.stack_bytes);
-            spawn(threads, format!("spot {thread}"), builder, fail, move || {
-                run(thread)
-            })
+            spawn(
+                threads,
+                format!("spot {thread}"),
+                builder,
+                fail,
+                move || run(thread),
+            )
         };
         // All threads start before the first is waited for.
         let handles: Vec<_> = (0..self.limits.n_threads).map(start).collect();

@@ -30,11 +30,7 @@ pub struct InlinePool<'a, F> {
 pub(crate) struct Stuck;
 
 impl<'a, P: Program, A: Answerer<P>> Inline<'a, P, A> {
-    pub(crate) fn new(
-        program: &'a P,
-        answerer: &'a A,
-        failed: &'a Cell<Option<&'a str>>,
-    ) -> Self {
+    pub(crate) fn new(program: &'a P, answerer: &'a A, failed: &'a Cell<Option<&'a str>>) -> Self {
         Self {
             program,
             answerer,

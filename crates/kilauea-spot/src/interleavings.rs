@@ -1,4 +1,5 @@
-//! Every interleaving of what crosses from thread to thread, as `loom` enumerates them.
+//! The interleavings of what crosses from thread to thread, as `loom` enumerates them: all with at
+//! most three preemptions.
 //!
 //! Waiting has no time limit here, so a lost notification is a deadlock, which `loom` reports.
 //! SPOTs, slots and cells do not appear: each thread has its own.
@@ -33,6 +34,13 @@ impl Program for Nothing {
     }
 }
 
+/// Runs `model` in every interleaving with at most three preemptions.
+fn check(model: impl Fn() + Sync + Send + 'static) {
+    let mut builder = loom::model::Builder::new();
+    builder.preemption_bound = Some(3);
+    builder.check(model);
+}
+
 fn exchange() -> Arc<Exchange<Nothing>> {
     Arc::new(Exchange::new(&Limits {
         n_threads: 2,
@@ -60,7 +68,7 @@ fn child(root: u64) -> Child<Nothing> {
 
 #[test]
 fn mail_arrives_once_and_ends_the_wait() {
-    loom::model(|| {
+    check(|| {
         let inbox = Arc::new(Inbox::new());
         let senders: Vec<_> = [1, 2]
             .into_iter()
@@ -86,7 +94,7 @@ fn mail_arrives_once_and_ends_the_wait() {
 
 #[test]
 fn each_child_is_taken_once() {
-    loom::model(|| {
+    check(|| {
         let backlog = Arc::new(Backlog::new(Order::HighestGeneration));
         let thief = {
             let backlog = Arc::clone(&backlog);
@@ -108,13 +116,15 @@ fn each_child_is_taken_once() {
 
 #[test]
 fn who_waits_to_steal_hears_of_every_child() {
-    loom::model(|| {
+    check(|| {
         let exchange = exchange();
         let thief = {
             let exchange = Arc::clone(&exchange);
-            thread::spawn(move || {
-                while exchange.wait_for_mail_or_child(1).is_none() {}
-            })
+            thread::spawn(
+                move || {
+                    while exchange.wait_for_mail_or_child(1).is_none() {}
+                },
+            )
         };
         exchange.backlogs[0].push(1, 0, std::iter::once(child(0)));
         exchange.offer();
@@ -124,7 +134,7 @@ fn who_waits_to_steal_hears_of_every_child() {
 
 #[test]
 fn who_is_out_of_memory_hears_of_every_privilege() {
-    loom::model(|| {
+    check(|| {
         let exchange = exchange();
         // Thread 1 has a child of root 5 and may start it only with a privilege.
         exchange.backlogs[1].push(1, 5, std::iter::once(child(5)));
@@ -148,7 +158,7 @@ fn who_is_out_of_memory_hears_of_every_privilege() {
 
 #[test]
 fn the_last_root_ends_the_run_once() {
-    loom::model(|| {
+    check(|| {
         const N_ROOTS: u64 = 1;
         let progress = Arc::new(Progress::new());
         let n_ends = Arc::new(AtomicUsize::new(0));
@@ -182,7 +192,7 @@ fn the_last_root_ends_the_run_once() {
 
 #[test]
 fn every_batch_reaches_one_server_and_closing_reaches_all() {
-    loom::model(|| {
+    check(|| {
         let exchange = exchange();
         let n_served = Arc::new(AtomicUsize::new(0));
         let is_served = Arc::new(AtomicBool::new(false));

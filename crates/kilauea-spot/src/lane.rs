@@ -75,8 +75,8 @@ impl<P: Program> Lane<P> {
             size_of::<(Ticket, P::Answer)>(),
         );
     /// Memory of a child besides that of its SPOT.
-    const CHILD_BYTES: usize = Slots::<P::Output>::BYTES
-        + larger(size_of::<Child<P>>(), size_of::<(Home, P::Output)>());
+    const CHILD_BYTES: usize =
+        Slots::<P::Output>::BYTES + larger(size_of::<Child<P>>(), size_of::<(Home, P::Output)>());
 
     pub(crate) fn new(thread: usize, limits: &Limits) -> Self {
         Self {

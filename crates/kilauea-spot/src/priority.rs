@@ -70,7 +70,9 @@ impl<T> PriorityQueue<T> {
                 let root = self.oldest_set_aside()?;
                 self.pop_set_aside(root)
             }
-            end => self.by_generation[end - 1].pop_front().map(|(_, item)| item),
+            end => self.by_generation[end - 1]
+                .pop_front()
+                .map(|(_, item)| item),
         }
     }
 

@@ -42,9 +42,9 @@ enum Task<P: Program> {
 }
 
 /// Runs SPOTs on thread number `thread` until the run ends.
-pub(crate) fn run_thread<'a, P: Program, J: Job<P>>(
+pub(crate) fn run_thread<P: Program, J: Job<P>>(
     thread: usize,
-    program: &'a P,
+    program: &P,
     job: &J,
     exchange: &Exchange<P>,
     limits: &Limits,

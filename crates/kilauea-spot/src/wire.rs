@@ -70,7 +70,9 @@ impl<T: Wire> Wire for Option<T> {
 
 impl<const N: usize> Wire for [f32; N] {
     fn encode(&self, bytes: &mut Vec<u8>) {
-        self.iter().for_each(|value| value.encode(bytes));
+        for value in self {
+            value.encode(bytes);
+        }
     }
 
     fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {

@@ -236,9 +236,9 @@ fn check_cancelled(run: impl FnOnce(&Roots<'_>) -> Result<Stats, RunError>) {
             is_cancelled.store(true, Ordering::Relaxed);
             Instant::now()
         });
-        assert_eq!(run(&job).unwrap_err(), RunError::Cancelled);
+        assert_eq!(run(&job).err(), Some(RunError::Cancelled));
         let end = Instant::now();
-        let cancelled_at = cancel.join().unwrap();
+        let cancelled_at = cancel.join().expect("it only sleeps");
         assert!(end - cancelled_at < Duration::from_secs(1));
     });
 }
@@ -253,7 +253,7 @@ fn cancelled_runs_end_within_a_second() {
     // All SPOTs wait for answers that are a minute away.
     let server = Delayed {
         answerer: &program,
-        max_delay: Duration::from_secs(60),
+        max_delay: Duration::from_mins(1),
     };
     check_cancelled(|job| engine.run_queued(&program, &server, 2, job));
 }

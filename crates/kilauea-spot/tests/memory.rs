@@ -13,13 +13,15 @@ use support::outputs::Outputs;
 const HALL: Hall = Hall {
     depth: 64,
     fan_out: 3,
+    n_terms: 0,
 };
 const BUDGET: usize = 2 << 20;
 
 fn run(order: Order, server: &impl Server<Hall>) -> Stats {
     let job = Outputs::new(1000, Node::Entrance);
     let engine = Engine::new(2).budget_bytes(BUDGET).order(order);
-    engine.run_queued(&HALL, server, 1, &job).unwrap()
+    let result = engine.run_queued(&HALL, server, 1, &job);
+    result.expect("nothing fails")
 }
 
 #[test]
@@ -83,7 +85,7 @@ impl Program for Careless {
 async fn parent<C: Context<Careless>>(cx: C) -> u32 {
     drop(cx.spawn(false));
     drop(cx.ask(Question::new(1)));
-    7
+    cx.ask(Question::new(3)).await.id
 }
 
 async fn child<C: Context<Careless>>(cx: C) -> u32 {
@@ -96,6 +98,6 @@ fn children_that_nobody_awaits_end_before_their_parent_is_done() {
     let server = Queue::new(&Geometry);
     let engine = Engine::new(2).budget_bytes(10_000);
     let stats = engine.run_queued(&Careless, &server, 1, &job).unwrap();
-    assert_eq!(job.into_vec(), vec![7; 1000]);
+    assert_eq!(job.into_vec().len(), 1000);
     assert_eq!(stats.sum(|t| t.n_spots), 2000);
 }

@@ -12,19 +12,22 @@ use support::outputs::Outputs;
 const HALL: Hall = Hall {
     depth: 12,
     fan_out: 3,
+    n_terms: 0,
 };
 const N_ROOTS: usize = 300;
 
 fn inline(n_threads: usize) -> Vec<[u32; 3]> {
     let job = Outputs::new(N_ROOTS, Node::Entrance);
     let engine = Engine::new(n_threads);
-    engine.run_inline(&HALL, &Geometry, &job).unwrap();
+    let result = engine.run_inline(&HALL, &Geometry, &job);
+    result.expect("nothing fails");
     bits(job.into_vec())
 }
 
 fn queued(engine: &Engine, server: &impl Server<Hall>, n_servers: usize) -> Vec<[u32; 3]> {
     let job = Outputs::new(N_ROOTS, Node::Entrance);
-    let stats = engine.run_queued(&HALL, server, n_servers, &job).unwrap();
+    let result = engine.run_queued(&HALL, server, n_servers, &job);
+    let stats = result.expect("nothing fails");
     // An entrance, mirrors 12 to 0 with two walls each, and the last wall.
     let n_spots = N_ROOTS as u64 * (1 + 13 * 3 + 1);
     assert_eq!(stats.sum(|t| t.n_spots), n_spots);

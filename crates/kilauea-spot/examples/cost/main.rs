@@ -1,9 +1,10 @@
 //! What SPOTs cost: time per shade, bytes per question, memory in a hall of mirrors.
 //!
 //! `cargo run --release -p kilauea-spot --example cost [shade | hall | delay]`
+#![allow(clippy::print_stdout, reason = "the figures are what it is for")]
 
-mod shade;
 mod mirrors;
+mod shade;
 #[path = "../../tests/support/mod.rs"]
 mod support;
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use kilauea_spot::{Engine, Order, Queue, Server, Stats};
+use kilauea_spot::{Engine, Order, Queue, Server, Stats, ThreadStats};
 
 use crate::shade::expect;
 use crate::support::delayed::Delayed;
@@ -18,6 +18,7 @@ pub(crate) fn report_memory() {
     let hall = Hall {
         depth: 64,
         fan_out: 3,
+        n_terms: 0,
     };
     println!("hall of mirrors, 64 deep, three children a node, two engine threads");
     println!(
@@ -59,6 +60,7 @@ pub(crate) fn report_delays() {
     let hall = Hall {
         depth: 2,
         fan_out: 2,
+        n_terms: 60,
     };
     let n_roots = 500_000;
     let job = Outputs::new(n_roots, Node::Entrance);
@@ -96,6 +98,6 @@ fn run(hall: Hall, budget: usize, order: Order, server: &impl Server<Hall>, n: u
 }
 
 fn least_busy(stats: &Stats) -> f64 {
-    let busy = stats.threads.iter().map(|t| t.busy_fraction());
+    let busy = stats.threads.iter().map(ThreadStats::busy_fraction);
     busy.fold(1.0, f64::min)
 }

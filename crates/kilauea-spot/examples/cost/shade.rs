@@ -4,11 +4,9 @@ use std::hint::black_box;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use kilauea_spot::{
-    Answerer, Bytes, Context, Engine, Job, Pool, Program, Queue, Runtime, Server,
-};
+use kilauea_spot::{Answerer, Bytes, Context, Engine, Job, Pool, Program, Queue, Runtime, Server};
 
-use crate::support::hall::{Answer, Geometry, Question, mix, unit};
+use crate::support::hall::{Answer, Geometry, Question, busy_work};
 
 /// How often each way is timed.
 const N_TURNS: usize = 200;
@@ -64,8 +62,9 @@ impl Shades {
         let light = cx.ask(Question::new(key));
         let shadow = cx.ask(Question::new(key ^ 1));
         let bounce = cx.ask(Question::new(key ^ 2));
-        let bsdf = self.lobes(key);
-        bsdf * light.await.t * shadow.await.t + self.lobes(key ^ 3) * bounce.await.weights[0]
+        let bsdf = busy_work(key, self.n_terms);
+        bsdf * light.await.t * shadow.await.t
+            + busy_work(key ^ 3, self.n_terms) * bounce.await.weights[0]
     }
 
     /// A pixel, by hand.
@@ -80,18 +79,8 @@ impl Shades {
         let light = answer(Question::new(key));
         let shadow = answer(Question::new(key ^ 1));
         let bounce = answer(Question::new(key ^ 2));
-        let bsdf = self.lobes(key);
-        bsdf * light.t * shadow.t + self.lobes(key ^ 3) * bounce.weights[0]
-    }
-
-    /// Stands for a BSDF.
-    #[inline(never)]
-    fn lobes(&self, key: u64) -> f32 {
-        let mut x = unit(mix(key));
-        for _ in 0..self.n_terms {
-            x = (1.0 - x * x).abs().sqrt();
-        }
-        x
+        let bsdf = busy_work(key, self.n_terms);
+        bsdf * light.t * shadow.t + busy_work(key ^ 3, self.n_terms) * bounce.weights[0]
     }
 }
 

@@ -1,11 +1,13 @@
 //! A server that makes everybody wait, each question for another time.
 
-use std::collections::BinaryHeap;
 use std::time::{Duration, Instant};
 
 use kilauea_spot::{Answerer, Desk, Program, Server, Ticket};
 
 use super::hall::mix;
+
+/// Steps into which the delay is divided.
+const N_TICKS: usize = 64;
 
 /// Answers each question after a random delay, so in another order than they were asked in, and in
 /// groups of any size.
@@ -14,68 +16,48 @@ pub(crate) struct Delayed<'a, A> {
     pub(crate) max_delay: Duration,
 }
 
-/// An answer that is due later. The earliest is the greatest.
-struct Due<A> {
-    at: Instant,
-    thread: u32,
-    ticket: Ticket,
-    answer: A,
-}
+/// An answer, and the thread that waits for it.
+type Due<A> = (u32, Ticket, A);
 
 impl<P: Program, A: Answerer<P>> Server<P> for Delayed<'_, A> {
     fn serve(&self, desk: &Desk<'_, P>) {
-        let mut due: BinaryHeap<Due<P::Answer>> = BinaryHeap::new();
+        let tick = self.max_delay / N_TICKS as u32;
+        let start = Instant::now();
+        // What is due at each of the next ticks; the current one is at `n_ticks % N_TICKS`.
+        let mut wheel: [Vec<Due<P::Answer>>; N_TICKS] = std::array::from_fn(|_| Vec::new());
+        let mut n_ticks = 0;
         let mut n_asked = 0;
         while !desk.is_closed() {
             while let Some(batch) = desk.try_next_batch() {
-                let now = Instant::now();
                 for (ticket, question) in batch.questions {
                     n_asked += 1;
-                    let delay_nanos = mix(n_asked) % self.max_delay.as_nanos().max(1) as u64;
-                    due.push(Due {
-                        at: now + Duration::from_nanos(delay_nanos),
-                        thread: batch.thread,
-                        ticket,
-                        answer: self.answerer.answer(question),
-                    });
+                    let delay_ticks = 1 + mix(n_asked) as usize % (N_TICKS - 1);
+                    let answer = self.answerer.answer(question);
+                    wheel[(n_ticks + delay_ticks) % N_TICKS].push((batch.thread, ticket, answer));
                 }
             }
-            let now = Instant::now();
-            let mut by_thread: Vec<Vec<(Ticket, P::Answer)>> = Vec::new();
-            while due.peek().is_some_and(|first| first.at <= now) {
-                let Some(first) = due.pop() else { break };
-                let thread = first.thread as usize;
-                if thread >= by_thread.len() {
-                    by_thread.resize_with(thread + 1, Vec::new);
-                }
-                by_thread[thread].push((first.ticket, first.answer));
+            while start.elapsed() >= tick * n_ticks as u32 {
+                deliver(desk, &mut wheel[n_ticks % N_TICKS]);
+                n_ticks += 1;
             }
-            for (thread, answers) in by_thread.into_iter().enumerate() {
-                if !answers.is_empty() {
-                    desk.deliver(thread as u32, answers);
-                }
-            }
-            std::thread::sleep(Duration::from_micros(200));
+            std::thread::sleep(tick.min(Duration::from_millis(1)));
         }
     }
 }
 
-impl<A> PartialEq for Due<A> {
-    fn eq(&self, other: &Self) -> bool {
-        self.at == other.at
+/// Delivers the latest question's answer first.
+fn deliver<P: Program>(desk: &Desk<'_, P>, due: &mut Vec<Due<P::Answer>>) {
+    let mut by_thread: Vec<Vec<(Ticket, P::Answer)>> = Vec::new();
+    for (thread, ticket, answer) in due.drain(..).rev() {
+        let thread = thread as usize;
+        if thread >= by_thread.len() {
+            by_thread.resize_with(thread + 1, Vec::new);
+        }
+        by_thread[thread].push((ticket, answer));
     }
-}
-
-impl<A> Eq for Due<A> {}
-
-impl<A> PartialOrd for Due<A> {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl<A> Ord for Due<A> {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        other.at.cmp(&self.at)
+    for (thread, answers) in by_thread.into_iter().enumerate() {
+        if !answers.is_empty() {
+            desk.deliver(thread as u32, answers);
+        }
     }
 }

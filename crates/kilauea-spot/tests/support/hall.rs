@@ -1,9 +1,7 @@
 //! A hall of mirrors, without light: every node asks what it sees, then spawns the node behind the
 //! mirror and some that lead nowhere.
 
-use kilauea_spot::{
-    Answerer, Context, Pool, Program, Runtime, Wire, WireError,
-};
+use kilauea_spot::{Answerer, Context, Pool, Program, Runtime, Wire, WireError};
 
 /// Sums of three channels. Their rounding shows any change of order.
 pub(crate) type Sum = [f32; 3];
@@ -15,6 +13,8 @@ pub(crate) struct Hall {
     pub(crate) depth: u32,
     /// Children of each node, of which one goes on.
     pub(crate) fan_out: u32,
+    /// Square roots that a mirror computes.
+    pub(crate) n_terms: u32,
 }
 
 /// A SPOT of the hall.
@@ -104,7 +104,8 @@ impl Hall {
         for dead_end in dead_ends.into_iter().flatten() {
             add(&mut sum, dead_end.await);
         }
-        scaled(sum, shadow.await.t)
+        let shine = busy_work(key, self.n_terms);
+        scaled(sum, shadow.await.t * shine)
     }
 }
 
@@ -170,6 +171,16 @@ pub(crate) fn mix(key: u64) -> u64 {
 /// A number in [0, 1).
 pub(crate) fn unit(key: u64) -> f32 {
     (key >> 40) as f32 / (1 << 24) as f32
+}
+
+/// Takes time as the computations between questions do; in (0, 1).
+#[inline(never)]
+pub(crate) fn busy_work(key: u64, n_terms: u32) -> f32 {
+    let mut x = unit(mix(key));
+    for _ in 0..n_terms {
+        x = (1.0 - 0.9 * x * x).sqrt();
+    }
+    x
 }
 
 fn add(sum: &mut Sum, other: Sum) {

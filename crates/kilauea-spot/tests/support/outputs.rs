@@ -6,20 +6,24 @@ use kilauea_spot::{Job, Program};
 
 /// So many roots, and their outputs.
 pub(crate) struct Outputs<F, T> {
+    n: u64,
     root: F,
-    outputs: Mutex<Vec<Option<T>>>,
+    by_number: Mutex<Vec<Option<T>>>,
 }
 
 impl<F, T> Outputs<F, T> {
     /// `n` roots, each made from its number.
     pub(crate) fn new(n: usize, root: F) -> Self {
-        let outputs = Mutex::new((0..n).map(|_| None).collect());
-        Self { root, outputs }
+        Self {
+            n: n as u64,
+            root,
+            by_number: Mutex::new((0..n).map(|_| None).collect()),
+        }
     }
 
     /// Every output, in order. Panics if one is missing.
     pub(crate) fn into_vec(self) -> Vec<T> {
-        let outputs = self.outputs.into_inner().unwrap();
+        let outputs = self.by_number.into_inner().expect("nobody panicked");
         let all: Option<Vec<T>> = outputs.into_iter().collect();
         all.expect("every root is done")
     }
@@ -31,12 +35,12 @@ where
     F: Fn(u64) -> P::Work + Sync,
 {
     fn root(&self, number: u64) -> Option<P::Work> {
-        let n = self.outputs.lock().unwrap().len() as u64;
-        (number < n).then(|| (self.root)(number))
+        (number < self.n).then(|| (self.root)(number))
     }
 
     fn done(&self, number: u64, output: P::Output) {
-        let before = self.outputs.lock().unwrap()[number as usize].replace(output);
+        let mut outputs = self.by_number.lock().expect("nobody panicked");
+        let before = outputs[number as usize].replace(output);
         assert!(before.is_none(), "root {number} is done once");
     }
 }
