@@ -110,7 +110,8 @@
 //!
 //! # Why nothing waits forever
 //!
-//! Every queue is bounded by something its senders already hold, so no sender ever waits:
+//! The engine's queues are bounded by what their senders already hold, so no sender waits for room;
+//! byte channels are bounded by a count:
 //!
 //! | queue | bounded by | who waits |
 //! |---|---|---|
@@ -121,7 +122,8 @@
 //!
 //! Engine threads wait for mail alone, which servers and other engine threads send without waiting.
 //! A root with the privilege is advanced by every thread whatever its memory, so it ends.
-//! `loom` checks every interleaving of mail, theft, privileges and endings (`make test-loom`).
+//! `loom` checks the interleavings of mail, theft, privileges and endings, with up to three
+//! preemptions (`make test-loom`).
 //!
 //! # When something fails
 //!
