@@ -90,8 +90,8 @@ impl Pair {
     pub(crate) fn store(&self, leaf: &mut PairLeaf, lane: usize) {
         let n_corners = if self.is_single() { 3 } else { 4 };
         for (corner, p) in self.corners.iter().enumerate().take(n_corners) {
-            for axis in 0..3 {
-                leaf.corners[axis][corner][lane] = p[axis];
+            for (axis, coordinate) in p.iter().enumerate() {
+                leaf.corners[axis][corner][lane] = *coordinate;
             }
         }
         for half in 0..2 {

@@ -103,15 +103,11 @@ impl Soup {
 
     /// Adds `previous`, together with `next` if they make a pair; otherwise `next` stays open.
     fn add_after(&mut self, previous: SoupTriangle, next: SoupTriangle) -> Option<SoupTriangle> {
-        match Pair::joined(&previous, &next) {
-            Some(pair) => {
-                self.pairs.push(pair);
-                None
-            }
-            None => {
-                self.pairs.push(Pair::single(&previous));
-                Some(next)
-            }
+        if let Some(pair) = Pair::joined(&previous, &next) {
+            self.pairs.push(pair);
+            return None;
         }
+        self.pairs.push(Pair::single(&previous));
+        Some(next)
     }
 }

@@ -75,9 +75,9 @@ impl TreeRay {
         const ULP: f32 = f32::EPSILON;
         let size = d.abs();
         // Without branches: no processor guesses the largest component of scattered directions.
-        let is_x = (size.x > size.y) & (size.x > size.z);
-        let is_y = !is_x & (size.y > size.z);
-        let kz = 2 - 2 * usize::from(is_x) - usize::from(is_y);
+        let is_x = usize::from(size.x > size.y) & usize::from(size.x > size.z);
+        let is_y = (1 - is_x) & usize::from(size.y > size.z);
+        let kz = 2 - 2 * is_x - is_y;
         let axes = [[1, 2, 0][kz], [2, 0, 1][kz], kz];
         let d_array = d.to_array();
         let rcp_largest = 1.0 / d_array[axes[2]];

@@ -1,6 +1,6 @@
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::{
-    __m128, __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_prefetch,
+    __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_load_ps, _mm_prefetch,
     _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_cmp_ps,
     _mm256_div_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
     _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps, _mm256_setzero_ps,
@@ -158,7 +158,7 @@ impl Kernel for Avx2 {
         unsafe {
             let rows = leaf.corners.as_ptr().cast::<f32>();
             let row = |axis: usize, corner: usize| rows.add(axis * 16 + corner * 4);
-            let twice = |axis| _mm256_broadcast_ps(&*row(axis, 0).cast::<__m128>());
+            let twice = |axis| _mm256_broadcast_ps(&_mm_load_ps(row(axis, 0)));
             let two = |corner| move |axis| _mm256_loadu_ps(row(axis, corner));
             let (ax, ay, az) = shear(ray, twice);
             let (bx, by, bz) = shear(ray, two(1));
