@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 impl Accel {
     /// Checks what the walks rely on: links in range, every node and leaf reached once, boxes
-    /// inside their parents' and around (parts of) their primitives, none of those lost, and a stack
+    /// inside their parents' and around their primitives, none of those lost, and a stack
     /// that suffices. For tests; costs as much as a build.
     ///
     /// # Errors
@@ -89,8 +89,7 @@ fn check_tree(tree: &Tree) -> Result<(), String> {
         let leaf = &tree.leaves[leaf];
         for lane in leaf.used_lanes() {
             seen.insert((leaf.instance[lane & 3], leaf.triangle[lane]));
-            // A part of a pair brings all of it.
-            if !overlaps(leaf, lane, low, high) && !overlaps(leaf, lane ^ 4, low, high) {
+            if !overlaps(leaf, lane, low, high) {
                 return Err(format!("triangle {} outside its leaf", leaf.triangle[lane]));
             }
         }

@@ -2,6 +2,7 @@
 
 mod balanced;
 mod binary;
+mod binned;
 mod blocks;
 mod buckets;
 mod pair;
@@ -49,7 +50,7 @@ fn build_bucket(pairs: &[Pair], quality: Quality) -> Tree {
         leaf_cost: 1.0,
         primitive_cost: 0.0,
     };
-    let bvh = binary::over_pairs(pairs, quality);
+    let bvh = binary::over_boxes(pairs, quality);
     let (nodes, groups) = bounded_widen(bvh, options, STACK_CAPACITY - TOP_STACK, || {
         let boxes: Vec<Aabb> = pairs.iter().map(Pair::bounds).collect();
         balanced::over_boxes(&boxes)

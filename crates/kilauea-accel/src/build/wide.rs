@@ -170,7 +170,7 @@ fn split_roots(
     }
 }
 
-/// The primitives of a subtree, each once: pre-splits can bring one several times.
+/// The primitives of a subtree, in order.
 fn primitives_below(bvh: &Bvh2, root: usize) -> Vec<u32> {
     let mut primitives = Vec::new();
     let mut open = vec![root];
@@ -184,7 +184,6 @@ fn primitives_below(bvh: &Bvh2, root: usize) -> Vec<u32> {
         }
     }
     primitives.sort_unstable();
-    primitives.dedup();
     primitives
 }
 

@@ -1,4 +1,4 @@
-use super::stack::Storage;
+use super::stack::{Links, Storage};
 use super::tree_ray::TreeRay;
 use crate::node::{Node8, PairLeaf};
 
@@ -41,6 +41,8 @@ pub(crate) trait Kernel: Copy {
     type LeafRay: Copy;
     /// What the stack is kept in.
     type Storage: Storage;
+    /// What the stack of a walk in no order is kept in.
+    type Links: Links;
 
     /// Spreads what the box test reads.
     fn node_ray(self, ray: &TreeRay) -> Self::NodeRay;

@@ -26,6 +26,7 @@ impl Kernel for Portable {
     type NodeRay = TreeRay;
     type LeafRay = TreeRay;
     type Storage = [Entry; STACK_CAPACITY];
+    type Links = [u32; STACK_CAPACITY];
 
     fn node_ray(self, ray: &TreeRay) -> TreeRay {
         *ray

@@ -97,3 +97,34 @@ impl Storage for [Entry; STACK_CAPACITY] {
         self[index]
     }
 }
+
+/// Links still to visit in no order, with room for [`STACK_CAPACITY`].
+pub(crate) trait Links {
+    fn new() -> Self;
+    /// Writes the links of the lanes in `mask` from `len` on and gives how many there are then.
+    fn push_lanes(&mut self, len: usize, links: &[u32; 8], mask: u32) -> usize;
+    /// Reads a link that was written.
+    fn read(&self, index: usize) -> u32;
+}
+
+impl Links for [u32; STACK_CAPACITY] {
+    fn new() -> Self {
+        [0; STACK_CAPACITY]
+    }
+
+    fn push_lanes(&mut self, mut len: usize, links: &[u32; 8], mask: u32) -> usize {
+        for (_, link) in links
+            .iter()
+            .enumerate()
+            .filter(|(lane, _)| mask >> lane & 1 != 0)
+        {
+            self[len] = *link;
+            len += 1;
+        }
+        len
+    }
+
+    fn read(&self, index: usize) -> u32 {
+        self[index]
+    }
+}

@@ -131,7 +131,7 @@ pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: 
                 world_ray: &world_ray,
                 search: &mut search,
             };
-            any_order(
+            near_first(
                 kernel,
                 (top, 0.0),
                 &kernel.node_ray(&world_ray),
@@ -153,7 +153,7 @@ pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: 
                 world_ray: &world_ray,
                 search: &mut search,
             };
-            any_order(
+            near_first(
                 kernel,
                 (top, 0.0),
                 &kernel.node_ray(&world_ray),

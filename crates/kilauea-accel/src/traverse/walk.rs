@@ -1,7 +1,7 @@
 //! Orders of visit through one tree.
 
 use super::kernel::{Kernel, Lanes};
-use super::stack::{Entry, Stack, Storage, distance, entry, link};
+use super::stack::{Entry, Links, Stack, Storage, distance, entry, link};
 use crate::node::{LEAF, Node8, WalkNode};
 
 /// What a walk does at the leaves.
@@ -14,7 +14,7 @@ pub(crate) trait Visitor {
     fn address(&self, leaf: u32) -> *const u8;
 }
 
-/// Visits the leaves that the ray passes, near ones first. The nodes are read at `fraction` of the
+/// Visits the leaves that the ray passes, near ones first, until one ends the walk. The nodes are read at `fraction` of the
 /// interval between two motion keys, if they move.
 #[inline(always)]
 pub(crate) fn near_first<K: Kernel, N: WalkNode>(
@@ -22,7 +22,7 @@ pub(crate) fn near_first<K: Kernel, N: WalkNode>(
     (nodes, fraction): (&[N], f32),
     ray: &K::NodeRay,
     visitor: &mut impl Visitor,
-) {
+) -> bool {
     let mut storage = K::Storage::new();
     let mut stack = Stack::new(&mut storage);
     let mut current = 0;
@@ -41,7 +41,7 @@ pub(crate) fn near_first<K: Kernel, N: WalkNode>(
             };
             let Some(nearest) = descend(children, &mut stack) else {
                 let Some(next) = stack.pop_within(visitor.limit()) else {
-                    return;
+                    return false;
                 };
                 (current, t_entry) = (link(next), distance(next));
                 continue;
@@ -49,10 +49,10 @@ pub(crate) fn near_first<K: Kernel, N: WalkNode>(
             (current, t_entry) = (link(nearest), distance(nearest));
         }
         if visitor.visit(current & !LEAF, t_entry) {
-            return;
+            return true;
         }
         let Some(next) = stack.pop_within(visitor.limit()) else {
-            return;
+            return false;
         };
         (current, t_entry) = (link(next), distance(next));
     }
@@ -157,40 +157,26 @@ pub(crate) fn any_order<K: Kernel, N: WalkNode>(
     ray: &K::NodeRay,
     visitor: &mut impl Visitor,
 ) -> bool {
-    let mut storage = K::Storage::new();
-    let mut stack = Stack::new(&mut storage);
-    let mut current = entry(0, 0.0);
+    let mut open = K::Links::new();
+    let mut n_open = 0;
+    let mut current = 0;
     loop {
-        while link(current) & LEAF == 0 {
-            let node = kernel.item(nodes, link(current)).at(fraction);
-            let (mask, entries) = kernel.slabs(ray, visitor.limit(), &node);
-            let mut children = Children {
-                kernel,
-                visitor,
-                nodes,
-                node: &node,
-                entries: &entries,
-                mask,
-            };
-            if mask == 0 {
-                let Some(next) = stack.pop() else {
-                    return false;
-                };
-                current = next;
+        if current & LEAF == 0 {
+            let node = kernel.item(nodes, current).at(fraction);
+            let (mask, _) = kernel.slabs(ray, visitor.limit(), &node);
+            if mask != 0 {
+                // The first child is known at once; how many more there are, no branch asks.
+                current = node.child[(mask.trailing_zeros() & 7) as usize];
+                n_open = open.push_lanes(n_open, &node.child, mask & (mask - 1));
                 continue;
             }
-            current = children.next();
-            while children.mask != 0 {
-                stack.push(current);
-                current = children.fetch();
-            }
-        }
-        if visitor.visit(link(current) & !LEAF, distance(current)) {
+        } else if visitor.visit(current & !LEAF, 0.0) {
             return true;
         }
-        let Some(next) = stack.pop() else {
+        if n_open == 0 {
             return false;
-        };
-        current = next;
+        }
+        n_open -= 1;
+        current = open.read(n_open);
     }
 }

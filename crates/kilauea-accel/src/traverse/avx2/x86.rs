@@ -1,18 +1,19 @@
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::{
-    __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_load_ps, _mm_prefetch,
-    _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_cmp_ps,
-    _mm256_div_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
-    _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps, _mm256_setzero_ps,
-    _mm256_store_ps, _mm256_sub_ps, _mm256_xor_ps,
+    __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_load_ps,
+    _mm_loadl_epi64, _mm_prefetch, _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps,
+    _mm256_broadcast_ps, _mm256_cmp_ps, _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_fmadd_ps,
+    _mm256_load_ps, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permutevar8x32_epi32, _mm256_set1_ps,
+    _mm256_setzero_ps, _mm256_store_ps, _mm256_storeu_si256, _mm256_sub_ps, _mm256_xor_ps,
 };
 use std::mem::MaybeUninit;
 
-use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
+use crate::node::{Node8, PairLeaf, STACK_CAPACITY, Tree};
 use crate::ray::{Hit, Ray};
 use crate::traverse::keep::Keep;
 use crate::traverse::kernel::{Candidates, Distances, Kernel, Lanes};
-use crate::traverse::stack::{Entry, Storage};
+use crate::traverse::stack::{Entry, Links, Storage};
 use crate::traverse::tree_ray::TreeRay;
 use crate::traverse::two_level::{self, Scene};
 
@@ -36,14 +37,36 @@ impl Avx2 {
     #[inline(always)]
     pub(crate) fn closest(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
         // SAFETY: `self` proves the features.
-        unsafe { closest(self, scene, ray, keep) }
+        unsafe {
+            match scene {
+                Scene::Single(tree) => closest_in_tree(self, tree, ray, keep),
+                _ => closest(self, scene, ray, keep),
+            }
+        }
     }
 
     #[inline(always)]
     pub(crate) fn occluded(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
         // SAFETY: `self` proves the features.
-        unsafe { occluded(self, scene, ray, keep) }
+        unsafe {
+            match scene {
+                Scene::Single(tree) => occluded_in_tree(self, tree, ray, keep),
+                _ => occluded(self, scene, ray, keep),
+            }
+        }
     }
+}
+
+// A single tree has functions of its own: registers and stack for instances would burden it.
+
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
+fn closest_in_tree(avx2: Avx2, tree: &Tree, ray: &Ray, keep: impl Keep) -> Option<Hit> {
+    two_level::closest(avx2, Scene::Single(tree), ray, keep)
+}
+
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
+fn occluded_in_tree(avx2: Avx2, tree: &Tree, ray: &Ray, keep: impl Keep) -> bool {
+    two_level::occluded(avx2, Scene::Single(tree), ray, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
@@ -59,9 +82,12 @@ fn occluded(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
 /// See [`Kernel::NodeRay`].
 #[derive(Clone, Copy)]
 pub(crate) struct NodeRay {
-    origin: [__m256; 3],
     near_rcp: [__m256; 3],
     far_rcp: [__m256; 3],
+    /// Minus the origin times the reciprocal, a little less than that for near planes ...
+    near_offset: [__m256; 3],
+    /// ... and a little more for far ones.
+    far_offset: [__m256; 3],
     t_min: __m256,
     /// Row of the near plane, by axis.
     near_plane: [usize; 3],
@@ -84,15 +110,19 @@ impl Kernel for Avx2 {
     type NodeRay = NodeRay;
     type LeafRay = LeafRay;
     type Storage = Unchecked;
+    type Links = UncheckedLinks;
 
     #[inline(always)]
     fn node_ray(self, ray: &TreeRay) -> NodeRay {
+        let near_offset = offset(ray.origin, ray.near_rcp, -1.0);
+        let far_offset = offset(ray.origin, ray.far_rcp, 1.0);
         // SAFETY: `self` proves the features.
         unsafe {
             NodeRay {
-                origin: splat8(ray.origin),
                 near_rcp: splat8(ray.near_rcp),
                 far_rcp: splat8(ray.far_rcp),
+                near_offset: splat8(near_offset),
+                far_offset: splat8(far_offset),
                 t_min: _mm256_set1_ps(ray.t_min),
                 near_plane: ray.near_plane,
             }
@@ -125,19 +155,21 @@ impl Kernel for Avx2 {
         // SAFETY: `self` proves the features; `near_plane` is below 6, and flipping bit 0 keeps it
         // so; a row of planes is 32 bytes in a node aligned to 64, and `Lanes` is aligned to 32.
         unsafe {
-            let near_x = slab(node, ray.near_plane[0], ray.origin[0], ray.near_rcp[0]);
-            let near_y = slab(node, ray.near_plane[1], ray.origin[1], ray.near_rcp[1]);
-            let near_z = slab(node, ray.near_plane[2], ray.origin[2], ray.near_rcp[2]);
-            let far_x = slab(node, ray.near_plane[0] ^ 1, ray.origin[0], ray.far_rcp[0]);
-            let far_y = slab(node, ray.near_plane[1] ^ 1, ray.origin[1], ray.far_rcp[1]);
-            let far_z = slab(node, ray.near_plane[2] ^ 1, ray.origin[2], ray.far_rcp[2]);
+            let near = |axis: usize| {
+                let planes = plane_row(node, ray.near_plane[axis]);
+                _mm256_fmadd_ps(planes, ray.near_rcp[axis], ray.near_offset[axis])
+            };
+            let far = |axis: usize| {
+                let planes = plane_row(node, ray.near_plane[axis] ^ 1);
+                _mm256_fmadd_ps(planes, ray.far_rcp[axis], ray.far_offset[axis])
+            };
             let near = _mm256_max_ps(
-                _mm256_max_ps(near_x, near_y),
-                _mm256_max_ps(near_z, ray.t_min),
+                _mm256_max_ps(near(0), near(1)),
+                _mm256_max_ps(near(2), ray.t_min),
             );
             let far = _mm256_min_ps(
-                _mm256_min_ps(far_x, far_y),
-                _mm256_min_ps(far_z, _mm256_set1_ps(limit)),
+                _mm256_min_ps(far(0), far(1)),
+                _mm256_min_ps(far(2), _mm256_set1_ps(limit)),
             );
             _mm256_store_ps(entries.0.as_mut_ptr(), near);
             let hit = _mm256_cmp_ps::<_CMP_LE_OQ>(near, far);
@@ -270,17 +302,27 @@ unsafe fn splat8(x: [f32; 3]) -> [__m256; 3] {
     }
 }
 
-/// Distances to a row of planes: subtract, then multiply.
+/// What is to be added to planes times reciprocals: minus the origin times them, moved by more than
+/// rounding that product can lose, in the direction of `sign`. The product of the plane is not
+/// rounded, and all else is relative to the distance, as the reciprocals allow for.
+#[inline(always)]
+fn offset(origin: [f32; 3], rcp: [f32; 3], sign: f32) -> [f32; 3] {
+    let along = |axis: usize| {
+        // Finite, or else the infinite boxes of unused lanes would make it a NaN.
+        let product = (origin[axis] * rcp[axis]).clamp(-1e38, 1e38);
+        sign * product.abs() * (2.0 * f32::EPSILON) - product
+    };
+    [along(0), along(1), along(2)]
+}
+
+/// A row of planes.
 ///
 /// # Safety
 /// Needs AVX2 and `plane < 6`.
 #[inline(always)]
-unsafe fn slab(node: &Node8, plane: usize, origin: __m256, rcp: __m256) -> __m256 {
+unsafe fn plane_row(node: &Node8, plane: usize) -> __m256 {
     // SAFETY: the row is inside `planes` and aligned to 32 bytes.
-    unsafe {
-        let row = node.planes.as_ptr().cast::<f32>().add(plane * 8);
-        _mm256_mul_ps(_mm256_sub_ps(_mm256_load_ps(row), origin), rcp)
-    }
+    unsafe { _mm256_load_ps(node.planes.as_ptr().cast::<f32>().add(plane * 8)) }
 }
 
 /// A corner of each triangle, sheared into the plane across the ray, and how far along;
@@ -337,3 +379,53 @@ impl Storage for Unchecked {
         unsafe { self.0.get_unchecked(index).assume_init() }
     }
 }
+
+/// Links that are neither cleared nor checked. Lanes are written eight at a time.
+pub(crate) struct UncheckedLinks([MaybeUninit<u32>; STACK_CAPACITY + 8]);
+
+impl Links for UncheckedLinks {
+    #[inline(always)]
+    fn new() -> Self {
+        Self([const { MaybeUninit::uninit() }; STACK_CAPACITY + 8])
+    }
+
+    #[inline(always)]
+    fn push_lanes(&mut self, len: usize, links: &[u32; 8], mask: u32) -> usize {
+        debug_assert!(len <= STACK_CAPACITY);
+        // SAFETY: the processor has AVX2, since only its kernel makes such a stack; builds bound
+        // the entries of every walk by the capacity, and there is room for eight more.
+        unsafe {
+            let order = &raw const FIRST_LANES[(mask & 255) as usize];
+            let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(order.cast()));
+            let lanes = _mm256_loadu_si256(links.as_ptr().cast());
+            let packed = _mm256_permutevar8x32_epi32(lanes, order);
+            _mm256_storeu_si256(self.0.as_mut_ptr().add(len).cast(), packed);
+        }
+        len + mask.count_ones() as usize
+    }
+
+    #[inline(always)]
+    fn read(&self, index: usize) -> u32 {
+        debug_assert!(index < STACK_CAPACITY);
+        // SAFETY: walks read below their length alone, where they have written before.
+        unsafe { self.0.get_unchecked(index).assume_init() }
+    }
+}
+
+/// By mask: the lanes in it, in order.
+static FIRST_LANES: [[u8; 8]; 256] = {
+    let mut lanes = [[0; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut lane, mut n) = (0, 0);
+        while lane < 8 {
+            if mask >> lane & 1 == 1 {
+                lanes[mask][n] = lane as u8;
+                n += 1;
+            }
+            lane += 1;
+        }
+        mask += 1;
+    }
+    lanes
+};
