@@ -11,7 +11,7 @@ use kilauea_math::{DAffine3, Vec3};
 use std::hint::black_box;
 use std::time::Instant;
 
-const N_STRANDS: u32 = 50_000;
+const N_STRANDS: u32 = 10_000;
 const N_RAYS: u32 = 1 << 16;
 
 fn main() {
@@ -95,7 +95,7 @@ fn report(name: &str, n: usize, geometry: &Geometry<'_>, specialize: bool) {
 /// Every batch counts with the best of several runs: what else the machine does falls out.
 fn mrays_per_s(rays: &[Ray], trace: impl Fn(&Ray) -> bool) -> f64 {
     let mut seconds = 0.0;
-    for batch in rays.chunks(2048) {
+    for batch in rays.chunks(128) {
         let mut best = f64::INFINITY;
         for _ in 0..7 {
             let start = Instant::now();
