@@ -43,9 +43,8 @@ impl Block for MovingPairs {
         mut offer: impl FnMut(u32, [f32; 3]) -> bool,
     ) {
         let leaf = self.ends[0].between(&self.ends[1], ray.fraction);
-        let candidates = kernel.candidates(&ray.leaf_ray, limit.in_tree, &leaf, &mut {
-            Distances::NONE
-        });
+        let mut distances = Distances::NONE;
+        let candidates = kernel.candidates(&ray.leaf_ray, limit.in_tree, &leaf, &mut distances);
         let mut open = candidates.possible;
         while open != 0 {
             let lane = (open.trailing_zeros() & 7) as usize;

@@ -14,6 +14,10 @@ use crate::primitive::{Piece, Segment, Sphere};
 use kilauea_math::Bounds3;
 use obvhs::aabb::Aabb;
 
+/// Most items whose tree is improved node by node: that runs on one core, out of caches, and takes
+/// minutes for millions.
+const MAX_REFINED: usize = 1 << 18;
+
 /// Puts a tree over items by their boxes at both ends of an interval; `block` makes a leaf of at
 /// most `options.max_leaf_size` items.
 fn build<B: Block>(
@@ -30,6 +34,11 @@ fn build<B: Block>(
             Aabb::new(bounds.min.into(), bounds.max.into())
         })
         .collect();
+    let quality = if swept.len() > MAX_REFINED {
+        Quality::Preview
+    } else {
+        quality
+    };
     let bvh = binary::over_boxes(&swept, quality);
     let (nodes, groups) = bounded_widen(bvh, options, STACK_CAPACITY, || {
         balanced::over_boxes(&swept)

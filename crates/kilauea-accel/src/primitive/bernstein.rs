@@ -7,19 +7,32 @@ pub(crate) fn product<const A: usize, const B: usize, const N: usize>(
     b: &[f64; B],
 ) -> [f64; N] {
     const { assert!(N + 1 == A + B) };
+    let weights: [[f64; B]; A] = const { product_weights() };
     let mut out = [0.0; N];
     for i in 0..A {
         for j in 0..B {
-            out[i + j] += a[i] * b[j] * (binomial(A - 1, i) * binomial(B - 1, j));
+            out[i + j] += weights[i][j] * (a[i] * b[j]);
         }
-    }
-    for (k, coefficient) in out.iter_mut().enumerate() {
-        *coefficient /= binomial(N - 1, k);
     }
     out
 }
 
-#[inline]
+/// Shares of the products of two coefficients in those of the product.
+const fn product_weights<const A: usize, const B: usize>() -> [[f64; B]; A] {
+    let mut weights = [[0.0; B]; A];
+    let mut i = 0;
+    while i < A {
+        let mut j = 0;
+        while j < B {
+            let both = binomial(A - 1, i) * binomial(B - 1, j);
+            weights[i][j] = both / binomial(A + B - 2, i + j);
+            j += 1;
+        }
+        i += 1;
+    }
+    weights
+}
+
 const fn binomial(n: usize, k: usize) -> f64 {
     let mut value = 1.0;
     let mut i = 0;

@@ -1,6 +1,6 @@
 //! Cubic Bézier curves with a radius along them.
 
-use super::bernstein::{halve, subrange, value};
+use super::bernstein::{halve, span, subrange, value};
 use kilauea_math::Bounds3;
 
 /// Control values by component: of a curve x, y, z and radius, of an oriented one its normal too.
@@ -23,6 +23,14 @@ pub(crate) fn halves<const C: usize>(curve: &Components<C>) -> [Components<C>; 2
         (both[0][i], both[1][i]) = halve(c);
     }
     both
+}
+
+/// Whether the balls along a curve may meet the z axis, by the box around them.
+#[inline]
+pub(crate) fn reaches_line<const C: usize>(piece: &Components<C>) -> bool {
+    let widest = span(&piece[3]).1;
+    let (x, y) = (span(&piece[0]), span(&piece[1]));
+    x.0 <= widest && x.1 >= -widest && y.0 <= widest && y.1 >= -widest
 }
 
 /// The smallest box around the balls along the curve, rounded outwards: in each axis the balls

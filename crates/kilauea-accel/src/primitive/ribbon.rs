@@ -7,7 +7,7 @@
 //! isolated by cutting the curve until its coefficients rise or fall in order.
 
 use super::bernstein::{clip_nonnegative, derivative, evaluate, product, span};
-use super::bezier::{Components, halves, part};
+use super::bezier::{Components, halves, part, reaches_line};
 use super::ray_frame::{Place, RayFrame};
 
 /// Cuts after which a root is taken as the only one of its range.
@@ -126,12 +126,10 @@ impl<'a, A: Across<C, N>, const C: usize, const N: usize> Search<'a, A, C, N> {
 
     fn visit(&mut self, piece: &Components<C>, range: [f64; 2], cuts_left: u32) {
         let [x, y, z, r] = [&piece[0], &piece[1], &piece[2], &piece[3]];
-        let widest = span(r).1;
-        let passes_by = |c: &[f64; 4]| span(c).0 > widest || span(c).1 < -widest;
-        if passes_by(x) || passes_by(y) {
+        if !reaches_line(piece) {
             return;
         }
-        let (z_low, z_high) = span(z);
+        let (widest, (z_low, z_high)) = (span(r).1, span(z));
         let end = self.best.map_or(self.depths[1], |[depth, ..]| depth);
         if z_high + widest <= self.depths[0] || z_low - widest > end {
             return;

@@ -7,7 +7,7 @@
 //! Newton's method does the rest. No choice of start can miss a bend or a tip.
 
 use super::bernstein::{clip_nonnegative, derivative, evaluate, product, span};
-use super::bezier::{Components, halves, part};
+use super::bezier::{Components, halves, part, reaches_line};
 use super::ray_frame::{Place, RayFrame};
 
 /// Cuts in a row, or looks at pieces in all, after which g is taken as unimodal: hits are then
@@ -64,12 +64,10 @@ impl Search {
 
     /// Looks at the `piece` of the curve over the parameters `range`.
     fn visit(&mut self, piece: &Components<4>, range: [f64; 2], cuts_left: u32) {
-        let [x, y, z, r] = piece;
-        let widest = span(r).1;
-        let passes_by = |c: &[f64; 4]| span(c).0 > widest || span(c).1 < -widest;
-        if passes_by(x) || passes_by(y) {
+        if !reaches_line(piece) {
             return;
         }
+        let z = &piece[2];
         let h = chords(piece);
         let Some((from, to)) = clip_nonnegative(&h) else {
             return;
@@ -229,7 +227,7 @@ fn is_before([_, _, z, r]: &Components<4>, depth: f64) -> bool {
 
 /// Whether the point of the ray's line at `depth` is in one of the balls.
 fn contains(piece: &Components<4>, depth: f64, cuts_left: u32) -> bool {
-    if is_before(piece, depth) {
+    if !reaches_line(piece) || is_before(piece, depth) {
         return false;
     }
     let behind = piece[2].map(|z| z - depth);

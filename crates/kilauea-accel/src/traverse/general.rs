@@ -3,8 +3,9 @@
 use super::keep::Keep;
 use super::kernel::Kernel;
 use super::search::Search;
+use super::tree_leaves::{any_in_tree, closest_in_tree};
 use super::tree_ray::TreeRay;
-use super::two_level::{Instance, any_in_tree, closest_in_tree};
+use super::two_level::Instance;
 use super::walk::{Visitor, any_order, near_first};
 use crate::block::{Block, BlockRay, BlockTree, Limit};
 use crate::forest::{Forest, Kind};

@@ -7,6 +7,7 @@ mod kernel;
 mod portable;
 mod search;
 mod stack;
+mod tree_leaves;
 mod tree_ray;
 pub(crate) mod triangle;
 mod two_level;

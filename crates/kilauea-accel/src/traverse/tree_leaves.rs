@@ -1,0 +1,144 @@
+//! The walk through one tree of still triangles.
+
+use super::keep::Keep;
+use super::kernel::{Distances, Kernel};
+use super::search::Search;
+use super::tree_ray::TreeRay;
+use super::triangle;
+use super::walk::{Visitor, any_order, near_first};
+use crate::node::Tree;
+
+/// Leaves of triangles.
+///
+/// Positions in `f64` are found for hits that need them: where rounding could change what wins,
+/// and once more for the winner. Until then a hit that is certain stands by the bounds of its
+/// distance.
+struct TreeLeaves<'a, K: Kernel, F, const ANY: bool> {
+    kernel: K,
+    tree: &'a Tree,
+    ray: &'a TreeRay,
+    leaf_ray: K::LeafRay,
+    id_base: u32,
+    /// The best hit so far is not nearer than this ...
+    nearest: f32,
+    /// ... nor beyond this.
+    limit: f32,
+    /// Of the certain hits of a leaf; kept here so that it is made once.
+    distances: Distances,
+    /// Leaf and lane of the best hit, while its position is not known.
+    pending: Option<(u32, usize)>,
+    search: &'a mut Search<F>,
+}
+
+impl<'a, K: Kernel, F: Keep, const ANY: bool> TreeLeaves<'a, K, F, ANY> {
+    #[inline(always)]
+    fn new(
+        kernel: K,
+        tree: &'a Tree,
+        ray: &'a TreeRay,
+        id_base: u32,
+        search: &'a mut Search<F>,
+    ) -> Self {
+        let (nearest, limit) = ray.distance_bounds(search.best.t);
+        Self {
+            kernel,
+            tree,
+            ray,
+            leaf_ray: kernel.leaf_ray(ray),
+            id_base,
+            nearest,
+            limit,
+            distances: Distances::NONE,
+            pending: None,
+            search,
+        }
+    }
+
+    /// Finds where the ray meets the triangle, and takes that if it wins.
+    #[inline(always)]
+    fn offer(&mut self, leaf: u32, lane: usize) -> bool {
+        let leaf = self.kernel.item(&self.tree.leaves, leaf);
+        let wins = triangle::intersect(&leaf.lane(lane), self.ray)
+            .is_some_and(|place| self.search.offer(leaf.hit(lane, place, self.id_base)));
+        if wins {
+            (self.nearest, self.limit) = self.ray.distance_bounds(self.search.best.t);
+        }
+        wins
+    }
+
+    /// Finds where the best hit is, if that is still to do.
+    #[inline(always)]
+    fn settle(&mut self) {
+        if let Some((leaf, lane)) = self.pending.take() {
+            let wins = self.offer(leaf, lane);
+            debug_assert!(wins, "a certain hit was none");
+        }
+    }
+}
+
+impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K, F, ANY> {
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.limit
+    }
+
+    #[inline(always)]
+    fn visit(&mut self, leaf: u32, _t_entry: f32) -> bool {
+        let block = self.kernel.item(&self.tree.leaves, leaf);
+        let candidates =
+            self.kernel
+                .candidates(&self.leaf_ray, self.limit, block, &mut self.distances);
+        if ANY && F::ALL && candidates.certain != 0 {
+            return true;
+        }
+        let mut open = candidates.possible;
+        while open != 0 {
+            let lane = (open.trailing_zeros() & 7) as usize;
+            open &= open - 1;
+            let is_certain = F::ALL && candidates.certain >> lane & 1 != 0;
+            if is_certain && self.distances.furthest.0[lane] < self.nearest {
+                self.nearest = self.distances.nearest.0[lane];
+                self.limit = self.distances.furthest.0[lane];
+                self.pending = Some((leaf, lane));
+            } else if !is_certain || self.distances.nearest.0[lane] <= self.limit {
+                self.settle();
+                if self.offer(leaf, lane) && ANY {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn address(&self, leaf: u32) -> *const u8 {
+        self.tree.leaves.as_ptr().wrapping_add(leaf as usize).cast()
+    }
+}
+
+#[inline(always)]
+pub(crate) fn closest_in_tree<K: Kernel>(
+    kernel: K,
+    tree: &Tree,
+    ray: &TreeRay,
+    id_base: u32,
+    search: &mut Search<impl Keep>,
+) {
+    let mut visitor = TreeLeaves::<_, _, false>::new(kernel, tree, ray, id_base, search);
+    let nodes = (&tree.nodes[..], 0.0);
+    near_first(kernel, nodes, &kernel.node_ray(ray), &mut visitor);
+    visitor.settle();
+}
+
+#[inline(always)]
+pub(crate) fn any_in_tree<K: Kernel>(
+    kernel: K,
+    tree: &Tree,
+    ray: &TreeRay,
+    id_base: u32,
+    search: &mut Search<impl Keep>,
+) -> bool {
+    let mut visitor = TreeLeaves::<_, _, true>::new(kernel, tree, ray, id_base, search);
+    let nodes = (&tree.nodes[..], 0.0);
+    any_order(kernel, nodes, &kernel.node_ray(ray), &mut visitor)
+}
