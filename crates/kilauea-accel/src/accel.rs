@@ -257,17 +257,28 @@ fn keeps_shape(geometry: &Geometry<'_>, world_from_geometry: &DAffine3) -> bool 
 impl Top {
     fn new(plan: &Plan, placements: &[Placement], trees: &[Tree], quality: Quality) -> Self {
         let baked_tree = trees.len() - 1;
+        let ball_around = |tree: usize| {
+            let bounds = trees[tree].nodes[0].bounds();
+            let radius = 0.5 * bounds.diagonal().as_dvec3().length();
+            (bounds.center().as_dvec3(), radius)
+        };
+        let (center, radius) = ball_around(baked_tree);
         let baked = Instance {
             tree: baked_tree as u32,
             id_base: 0,
             geometry_from_world: None,
+            center,
+            radius,
         };
         let placed = plan.instanced.iter().map(|&(index, tree)| {
             let world_from_geometry = placements[index as usize].world_from_geometry;
+            let (center, radius) = ball_around(tree as usize);
             let instance = Instance {
                 tree,
                 id_base: index,
                 geometry_from_world: Some(world_from_geometry.inverse()),
+                center,
+                radius,
             };
             (instance, world_from_geometry)
         });

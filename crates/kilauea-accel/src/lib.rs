@@ -23,9 +23,11 @@ mod build;
 mod geometry;
 mod node;
 mod ray;
+mod spawn;
 mod traverse;
 mod validate;
 
 pub use accel::Accel;
 pub use geometry::{BuildOptions, Geometry, MeshSlices, Placement, Quality};
 pub use ray::{Hit, Ray};
+pub use spawn::{PlacementError, SurfacePoint, offset_origin};

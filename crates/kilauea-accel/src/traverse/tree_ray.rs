@@ -1,6 +1,9 @@
 use crate::ray::Ray;
 use kilauea_math::{DVec3, Vec3};
 
+/// More than the rounding of a distance to `f32`, relative to it.
+const ULP: f64 = f32::EPSILON as f64;
+
 /// A ray in the space of one tree, with all that the tests derive from it.
 ///
 /// The box and edge tests run in `f32` from an origin moved `t_start` along the ray, so that an
@@ -24,7 +27,7 @@ pub(crate) struct TreeRay {
     /// Least distance in the tree.
     pub(crate) t_min: f32,
     /// How far the origin was moved.
-    pub(crate) t_start: f32,
+    pub(crate) t_start: f64,
     /// Bound on the coordinates by which the rounding of the moved origin is judged; zero where
     /// the origin was not rounded.
     pub(crate) rounded_size: f32,
@@ -42,13 +45,15 @@ impl TreeRay {
         Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0, 0.0)
     }
 
-    /// A ray from `origin` along `dir` from `t_min` on, moved by `t_start <= t_min`.
+    /// A ray from `origin` along `dir`, moved by `t_start`. Distances along the whole ray are those
+    /// of `f32`, so `t_min` may be a rounding below where it says.
     #[inline(always)]
-    pub(crate) fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f32) -> Self {
-        let moved = (origin + dir * f64::from(t_start)).as_vec3();
-        let t_min = (t_min - t_start) * (1.0 - f32::EPSILON);
+    pub(crate) fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f64) -> Self {
+        let moved = (origin + dir * t_start).as_vec3();
+        let t_min = (f64::from(t_min) * (1.0 - ULP) - t_start) * (1.0 - ULP);
         let size = moved.abs().max_element();
-        Self::with_rounded(moved, dir.as_vec3(), (origin, dir), t_min, t_start, size)
+        let ends = (origin, dir);
+        Self::with_rounded(moved, dir.as_vec3(), ends, t_min as f32, t_start, size)
     }
 
     #[inline(always)]
@@ -57,10 +62,11 @@ impl TreeRay {
         d: Vec3,
         (origin, dir): (DVec3, DVec3),
         t_min: f32,
-        t_start: f32,
+        t_start: f64,
         rounded_size: f32,
     ) -> Self {
-        const ULP: f32 = f32::EPSILON;
+        // Ize 2013.
+        const THREE_ULPS: f32 = 3.0 * f32::EPSILON;
         let size = d.abs();
         let axes = if size.x > size.y && size.x > size.z {
             [1, 2, 0]
@@ -74,8 +80,8 @@ impl TreeRay {
         let rcp = size.max(Vec3::splat(1e-18)).copysign(d).recip();
         Self {
             origin: moved.to_array(),
-            near_rcp: (rcp * (1.0 - 3.0 * ULP)).to_array(),
-            far_rcp: (rcp * (1.0 + 3.0 * ULP)).to_array(),
+            near_rcp: (rcp * (1.0 - THREE_ULPS)).to_array(),
+            far_rcp: (rcp * (1.0 + THREE_ULPS)).to_array(),
             near_plane: [
                 usize::from(d.x.is_sign_negative()),
                 2 + usize::from(d.y.is_sign_negative()),
@@ -97,6 +103,6 @@ impl TreeRay {
     /// A distance of the whole ray, as a bound for distances in the tree.
     #[inline(always)]
     pub(crate) fn limit(&self, t: f32) -> f32 {
-        (t - self.t_start) * (1.0 + f32::EPSILON)
+        ((f64::from(t) * (1.0 + ULP) - self.t_start) * (1.0 + ULP)) as f32
     }
 }

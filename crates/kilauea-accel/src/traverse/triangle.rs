@@ -21,6 +21,10 @@ pub(crate) fn intersect(leaf: &Leaf4, lane: usize, ray: &TreeRay) -> Option<[f32
     let least = weights[0].min(weights[1]).min(weights[2]);
     let most = weights[0].max(weights[1]).max(weights[2]);
     if least <= 0.0 && most >= 0.0 {
+        let along = [a_along, b_along, c_along];
+        if is_left_behind(weights, along, rcp_largest) {
+            return None;
+        }
         weights = weights_at_border(leaf, lane, ray, weights)?;
     }
     let [wa, wb, wc] = weights;
@@ -31,6 +35,18 @@ pub(crate) fn intersect(leaf: &Leaf4, lane: usize, ray: &TreeRay) -> Option<[f32
         (wb * scale) as f32,
         (wc * scale) as f32,
     ])
+}
+
+/// Whether the line meets the triangle's plane near the triangle but before its origin: a ray that
+/// left the triangle just beside an edge. The point of the triangle nearest to the line, which is
+/// what a hit at the border gets, may lie ahead all the same.
+#[cold]
+fn is_left_behind(weights: [f64; 3], along: [f64; 3], rcp_largest: f64) -> bool {
+    let t_corners = along.map(|along| along * rcp_largest);
+    let t_least = t_corners[0].min(t_corners[1]).min(t_corners[2]);
+    let weighted = |i: usize| weights[i] * t_corners[i];
+    let t = (weighted(0) + weighted(1) + weighted(2)) / (weights[0] + weights[1] + weights[2]);
+    t_least <= t && t <= 0.0
 }
 
 /// Weights, none of them negative, of a triangle that the line does not clearly pass through;

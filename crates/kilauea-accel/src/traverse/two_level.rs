@@ -6,7 +6,7 @@ use super::triangle;
 use super::walk::{Visitor, any_order, near_first};
 use crate::node::{Node8, Tree};
 use crate::ray::{Hit, Ray};
-use kilauea_math::DAffine3;
+use kilauea_math::{DAffine3, DVec3};
 
 /// What a walk goes through.
 #[derive(Clone, Copy, Debug)]
@@ -29,22 +29,27 @@ pub(crate) struct Instance {
     pub(crate) id_base: u32,
     /// `None` where the tree is in engine space.
     pub(crate) geometry_from_world: Option<DAffine3>,
+    /// Middle of the tree's box, in its own space.
+    pub(crate) center: DVec3,
+    /// Half the diagonal of that box.
+    pub(crate) radius: f64,
 }
 
 impl Instance {
-    /// The ray in the tree's space, moved to where it enters the instance's box.
+    /// The ray in the tree's space, moved to where it enters a ball around the tree.
+    ///
+    /// The ball is that of the tree's own space: the instance's box in engine space can be larger
+    /// than the tree by the ratio of its scales, and rounded at the distance of the ray's origin.
     #[inline(always)]
-    fn tree_ray(&self, ray: &Ray, world_ray: &TreeRay, t_entry: f32) -> TreeRay {
+    fn tree_ray(&self, ray: &Ray, world_ray: &TreeRay) -> TreeRay {
         let Some(transform) = &self.geometry_from_world else {
             return *world_ray;
         };
-        let t_start = t_entry * (1.0 - 1.0 / (1 << 20) as f32);
-        TreeRay::moved(
-            transform.transform_point3(ray.origin.as_dvec3()),
-            transform.transform_vector3(ray.dir.as_dvec3()),
-            t_start.max(ray.t_min),
-            t_start,
-        )
+        let origin = transform.transform_point3(ray.origin.as_dvec3());
+        let dir = transform.transform_vector3(ray.dir.as_dvec3());
+        let t_middle = (self.center - origin).dot(dir) / dir.length_squared();
+        let t_start = t_middle - self.radius / dir.abs().max_element();
+        TreeRay::moved(origin, dir, ray.t_min, t_start.max(0.0))
     }
 }
 
@@ -242,10 +247,10 @@ impl<K: Kernel, F: FnMut(&Hit) -> bool, const ANY: bool> Visitor for TopLeaves<'
     }
 
     #[inline(always)]
-    fn visit(&mut self, leaf: u32, t_entry: f32) -> bool {
+    fn visit(&mut self, leaf: u32, _t_entry: f32) -> bool {
         let instance = self.kernel.item(self.instances, leaf);
         let tree = self.kernel.item(self.trees, instance.tree);
-        let ray = instance.tree_ray(self.ray, self.world_ray, t_entry);
+        let ray = instance.tree_ray(self.ray, self.world_ray);
         if ANY {
             any_in_tree(self.kernel, tree, &ray, instance.id_base, self.search)
         } else {

@@ -1,0 +1,76 @@
+//! Rays that leave the surfaces that others met.
+
+use super::rays::{Aimed, Must, Random};
+use super::stage::Stage;
+use kilauea_accel::{Hit, PlacementError, Ray, SurfacePoint};
+use kilauea_math::{DAffine3, DVec3, Vec3};
+
+/// Least sine between surface and ray: below it, the rounding of a unit direction decides on which
+/// side the ray runs.
+const LEAST_SINE: f64 = 1e-6;
+
+/// A ray off a surface, in a random direction to either side, often a grazing one.
+pub(crate) fn leave(stage: &Stage, hit: &Hit, random: &mut Random) -> Aimed {
+    let placement = hit.instance as usize;
+    let corners = stage.corners(placement, hit.triangle);
+    let world_from_geometry = &stage.placements[placement].world_from_geometry;
+    let error = if *world_from_geometry == DAffine3::IDENTITY {
+        PlacementError::NONE
+    } else {
+        PlacementError::of(world_from_geometry)
+    };
+    let point = SurfacePoint::on_triangle(corners, hit.u, hit.v, &error);
+
+    let normal = (corners[1] - corners[0])
+        .cross(corners[2] - corners[0])
+        .normalize();
+    let side = if random.unit() < 0.5 { normal } else { -normal };
+    let tangent = random.point();
+    let tangent = (tangent - tangent.dot(normal) * normal).normalize_or(corners[1] - corners[0]);
+    let sine = match random.index(2) {
+        0 => random.decade(LEAST_SINE.log10() + 0.3, -1.0),
+        _ => random.unit().sqrt().max(0.1),
+    };
+    let dir = (side * sine + tangent * (1.0 - sine * sine).sqrt()).as_vec3();
+    let origin = point.offset_origin(dir);
+    let must = if starts_inside(stage, hit, &point, corners, dir) {
+        Must::Hit(f64::INFINITY)
+    } else {
+        Must::Either
+    };
+    Aimed {
+        ray: Ray::new(origin, dir),
+        must,
+    }
+}
+
+/// Whether the ray begins inside a closed mesh beyond doubt: it runs inward, and the point is
+/// further from its triangle's edges than its rounding could take it.
+fn starts_inside(
+    stage: &Stage,
+    hit: &Hit,
+    point: &SurfacePoint,
+    [a, b, c]: [DVec3; 3],
+    dir: Vec3,
+) -> bool {
+    let held_by = stage
+        .insides
+        .iter()
+        .find(|inside| inside.placement == hit.instance as usize);
+    let Some(inside) = held_by else {
+        return false;
+    };
+    let placement = &stage.placements[inside.placement];
+    let center = placement
+        .world_from_geometry
+        .transform_point3(inside.center);
+    let cross = (b - a).cross(c - a);
+    let runs_inward = dir.as_dvec3().dot(cross) * (center - a).dot(cross) > 0.0;
+    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    let least_weight = hit.u.min(hit.v).min(1.0 - hit.u - hit.v);
+    let from_edges = f64::from(least_weight) * cross.length() / longest;
+    let center_height = (center - a).dot(cross).abs() / cross.length();
+    let error =
+        16.0 * f64::from(point.p_error.max_element() + point.p.abs().max_element() * f32::EPSILON);
+    runs_inward && from_edges.min(center_height) > error
+}
