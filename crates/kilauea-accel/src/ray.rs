@@ -48,9 +48,11 @@ impl Ray {
     }
 
     /// The same ray with a direction whose largest component is about one, and the factor that
-    /// takes its distances to those of `self`.
+    /// takes its distances to those of `self`: a power of two, so that the line stays the same.
     pub(crate) fn with_moderate_dir(&self) -> (Self, f64) {
-        let factor = 1.0 / f64::from(self.dir.abs().max_element());
+        let largest = f64::from(self.dir.abs().max_element());
+        let exponent_bits = largest.to_bits() >> 52;
+        let factor = f64::from_bits((2 * 1023 - exponent_bits) << 52);
         let scaled = Self {
             origin: self.origin,
             dir: (self.dir.as_dvec3() * factor).as_vec3(),

@@ -39,7 +39,7 @@ fn run_stage(stage: &Stage, seed: u64, until: u64, tally: &mut Tally) {
         let Some(hit) = check(&builds, &oracle, &aimed, tally) else {
             continue;
         };
-        let left = leave(stage, &hit, source.random());
+        let left = leave(stage, &oracle, &hit, source.random());
         tally.n_spawned += 1;
         let again = check(&builds, &oracle, &left, tally);
         let is_same = again.is_some_and(|again| {

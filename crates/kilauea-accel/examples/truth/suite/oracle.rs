@@ -31,6 +31,7 @@ pub(crate) struct Oracle {
 }
 
 struct Placed {
+    world_from_geometry: DAffine3,
     /// `None` where the corners are in engine space.
     geometry_from_world: Option<DAffine3>,
     corners: Vec<[DVec3; 3]>,
@@ -95,6 +96,7 @@ impl Oracle {
             let extent = |p: &DVec3| p.abs().max_element();
             let extent = corners.iter().flatten().map(extent).fold(0.0, f64::max);
             Placed {
+                world_from_geometry,
                 geometry_from_world: (!is_baked).then(|| world_from_geometry.inverse()),
                 corners,
                 extent,
@@ -150,6 +152,21 @@ impl Oracle {
             t_range: seen.t_range(shear.dir_largest),
             uncertain_t: shear.uncertain_t(corners),
         }
+    }
+
+    /// Whether the way from a point of engine space to one of a placement's own space is free of
+    /// the placement's triangles.
+    pub(crate) fn is_free(&self, instance: u32, from_world: DVec3, to: DVec3) -> bool {
+        let placed = &self.placed[instance as usize];
+        let (from, to) = match &placed.geometry_from_world {
+            None => (from_world, placed.world_from_geometry.transform_point3(to)),
+            Some(m) => (m.transform_point3(from_world), to),
+        };
+        let shear = Shear::new(from, to - from);
+        !placed.corners.iter().any(|corners| {
+            let seen = shear.see(corners);
+            seen.is_inside() && (0.0..=1.0).contains(&seen.t(shear.dir_largest))
+        })
     }
 
     /// Whether two triangles of an instance are the same, corner by corner.

@@ -1,16 +1,17 @@
 //! Rays that leave the surfaces that others met.
 
+use super::oracle::{Oracle, border_width};
 use super::rays::{Aimed, Must, Random};
 use super::stage::Stage;
 use kilauea_accel::{Hit, PlacementError, Ray, SurfacePoint};
-use kilauea_math::{DAffine3, DVec3, Vec3};
+use kilauea_math::{DAffine3, DVec3};
 
 /// Least sine between surface and ray: below it, the rounding of a unit direction decides on which
 /// side the ray runs.
 const LEAST_SINE: f64 = 1e-6;
 
 /// A ray off a surface, in a random direction to either side, often a grazing one.
-pub(crate) fn leave(stage: &Stage, hit: &Hit, random: &mut Random) -> Aimed {
+pub(crate) fn leave(stage: &Stage, oracle: &Oracle, hit: &Hit, random: &mut Random) -> Aimed {
     let placement = hit.instance as usize;
     let corners = stage.corners(placement, hit.triangle);
     let world_from_geometry = &stage.placements[placement].world_from_geometry;
@@ -33,7 +34,12 @@ pub(crate) fn leave(stage: &Stage, hit: &Hit, random: &mut Random) -> Aimed {
     };
     let dir = (side * sine + tangent * (1.0 - sine * sine).sqrt()).as_vec3();
     let origin = point.offset_origin(dir);
-    let must = if starts_inside(stage, hit, &point, corners, dir) {
+    let is_held = stage.insides.iter().any(|inside| {
+        inside.placement == placement
+            && is_off_edges(&point, corners, hit)
+            && oracle.is_free(hit.instance, origin.as_dvec3(), inside.center)
+    });
+    let must = if is_held {
         Must::Hit(f64::INFINITY)
     } else {
         Must::Either
@@ -44,33 +50,13 @@ pub(crate) fn leave(stage: &Stage, hit: &Hit, random: &mut Random) -> Aimed {
     }
 }
 
-/// Whether the ray begins inside a closed mesh beyond doubt: it runs inward, and the point is
-/// further from its triangle's edges than its rounding could take it.
-fn starts_inside(
-    stage: &Stage,
-    hit: &Hit,
-    point: &SurfacePoint,
-    [a, b, c]: [DVec3; 3],
-    dir: Vec3,
-) -> bool {
-    let held_by = stage
-        .insides
-        .iter()
-        .find(|inside| inside.placement == hit.instance as usize);
-    let Some(inside) = held_by else {
-        return false;
-    };
-    let placement = &stage.placements[inside.placement];
-    let center = placement
-        .world_from_geometry
-        .transform_point3(inside.center);
-    let cross = (b - a).cross(c - a);
-    let runs_inward = dir.as_dvec3().dot(cross) * (center - a).dot(cross) > 0.0;
+/// Whether the point is further from its triangle's edges than the kernels may err: across an edge
+/// the mesh goes on to either side of the point.
+fn is_off_edges(point: &SurfacePoint, [a, b, c]: [DVec3; 3], hit: &Hit) -> bool {
     let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    let double_area = (b - a).cross(c - a).length();
     let least_weight = hit.u.min(hit.v).min(1.0 - hit.u - hit.v);
-    let from_edges = f64::from(least_weight) * cross.length() / longest;
-    let center_height = (center - a).dot(cross).abs() / cross.length();
-    let error =
-        16.0 * f64::from(point.p_error.max_element() + point.p.abs().max_element() * f32::EPSILON);
-    runs_inward && from_edges.min(center_height) > error
+    let from_edges = f64::from(least_weight) * double_area / longest;
+    let moved = f64::from(point.p_error.max_element() + f32::EPSILON * point.p.abs().max_element());
+    from_edges > 4.0 * (moved + border_width(longest))
 }
