@@ -10,7 +10,7 @@ const UNIT_F64: f64 = f64::EPSILON * 0.5;
 pub struct SurfacePoint {
     /// The point, rounded.
     pub p: Vec3,
-    /// Unit normal; by the right hand the corners run around it.
+    /// Unit normal; by the right hand the corners run around it. Zero where there is no area.
     pub ng: Vec3,
     /// By axis: how far `p` may be from the triangle that rays are tested against.
     pub p_error: Vec3,
@@ -48,13 +48,14 @@ impl SurfacePoint {
             .max((c - b).length_squared());
 
         let of_corners = rounding(a).max(rounding(b)).max(rounding(c));
-        let of_distance = 64.0 * UNIT_F64 * longest2.sqrt() * (longest2 / double_area);
+        let longest = longest2.sqrt();
+        let of_distance = (64.0 * UNIT_F64 * longest * (longest2 / double_area)).min(longest);
         let extent = a.abs().max(b.abs()).max(c.abs()).max_element();
         let in_f64 = of_distance + placement.at(extent);
         let p_error = rounding(p_exact) + of_corners + DVec3::splat(in_f64);
         Self {
             p: p_exact.as_vec3(),
-            ng: (cross / double_area).as_vec3(),
+            ng: (cross / double_area.max(f64::MIN_POSITIVE)).as_vec3(),
             p_error: p_error.as_vec3(),
         }
     }

@@ -1,7 +1,9 @@
 //! The scene's surfaces as rays find them: placed prototypes, their chunks and their shaders.
 
-use kilauea_accel::{Accel, BuildOptions, Hit, Placement, Quality, Ray};
-use kilauea_math::{DAffine3, Mat3, Vec2, Vec3, gamma};
+use kilauea_accel::{
+    Accel, BuildOptions, Hit, Placement, PlacementError, Quality, Ray, SurfacePoint, offset_origin,
+};
+use kilauea_math::{DAffine3, DVec3, Mat3, Vec2, Vec3};
 use kilauea_scene::{InstanceAttribute, MeshChunk, Scene};
 use kilauea_shading::{PrimvarLayout, PrimvarSlot, Surface};
 use kilauea_texture::TextureStore;
@@ -29,10 +31,11 @@ pub struct Geometry {
 #[derive(Clone, Debug)]
 struct Placed {
     prototype: u32,
-    /// Where the chunks' positions are taken to engine space.
-    linear: Mat3,
-    translation: Vec3,
+    engine_from_chunk: DAffine3,
     is_identity: bool,
+    error: PlacementError,
+    /// Matrix of `engine_from_chunk`.
+    linear: Mat3,
     /// −1 where the placement mirrors.
     handedness: f32,
     /// Index into [`Geometry::slots`] of the prototype's first chunk.
@@ -66,8 +69,8 @@ pub struct Interaction<'a> {
     pub at: TriangleRef,
     /// What shaders see.
     pub surface: Surface<'a>,
-    /// Bound on the rounding error of `surface.p` in any axis.
-    pub p_error: f32,
+    /// By axis: how far `surface.p` may be from the surface that rays are tested against.
+    pub p_error: Vec3,
     /// The material's shader.
     pub shader: &'a Shader,
 }
@@ -201,13 +204,19 @@ impl Geometry {
     /// Corner points in engine space, in the chunk's winding.
     #[inline]
     pub fn corners(&self, at: TriangleRef) -> [Vec3; 3] {
+        self.exact_corners(at).map(DVec3::as_vec3)
+    }
+
+    /// Corner points in engine space before they are rounded, as the accelerator places them.
+    #[inline]
+    fn exact_corners(&self, at: TriangleRef) -> [DVec3; 3] {
         let placed = &self.placements[at.placement as usize];
         let chunk = &self.chunks(at.placement)[at.chunk as usize];
-        let local = chunk.corners(at.triangle as usize);
+        let local = chunk.corners(at.triangle as usize).map(Vec3::as_dvec3);
         if placed.is_identity {
             local
         } else {
-            local.map(|p| placed.linear * p + placed.translation)
+            local.map(|p| placed.engine_from_chunk.transform_point3(p))
         }
     }
 
@@ -223,20 +232,11 @@ impl Geometry {
     ) -> Interaction<'a> {
         let placed = &self.placements[at.placement as usize];
         let chunk = &self.chunks(at.placement)[at.chunk as usize];
-        let corners = self.corners(at);
-        let [a, b, c] = corners;
+        let corners = self.exact_corners(at);
         let (u, v) = (barycentrics.x, barycentrics.y);
         let w = 1.0 - u - v;
-        let p = w * a + u * b + v * c;
-        // Rounding of the interpolation, of the placement, and of the next ray's intersection with
-        // this same triangle. One bound serves all axes: the shear of the triangle test mixes them,
-        // so that a coordinate of zero is no more exact than the others.
-        let extent = |p: Vec3| p.abs().max_element();
-        let mut p_error = gamma(10) * extent(a).max(extent(b)).max(extent(c));
-        if !placed.is_identity {
-            p_error += gamma(6) * extent(placed.translation);
-        }
-        let ng = ((b - a).cross(c - a) * placed.handedness).normalize_or(wo);
+        let point = SurfacePoint::on_triangle(corners, u, v, &placed.error);
+        let ng = (point.ng * placed.handedness).normalize_or(wo);
         let ns = match &chunk.normals {
             None => ng,
             Some(normals) => {
@@ -257,11 +257,11 @@ impl Geometry {
         Interaction {
             at,
             surface: Surface {
-                p,
+                p: point.p,
                 ng,
                 ns,
                 wo,
-                corners,
+                corners: corners.map(DVec3::as_vec3),
                 barycentrics,
                 chunk,
                 triangle: at.triangle,
@@ -271,7 +271,7 @@ impl Geometry {
                 footprint,
                 textures,
             },
-            p_error,
+            p_error: point.p_error,
             shader: &self.shaders[chunk.material as usize],
         }
     }
@@ -304,31 +304,19 @@ impl Placed {
 }
 
 impl Interaction<'_> {
-    /// A ray from here in the unit direction `dir`, that does not meet the triangle it leaves:
-    /// its origin is moved along the normal by the bound on the rounding error (PBR 4ed., 6.8.6).
+    /// A ray from here in the unit direction `dir`, that does not meet the triangle it leaves.
     #[inline]
     pub fn spawn_ray(&self, dir: Vec3, t_max: f32) -> Ray {
         Ray {
-            origin: self.offset_origin(dir),
-            dir,
-            t_min: 0.0,
             t_max,
+            ..Ray::new(self.offset_origin(dir), dir)
         }
     }
 
     /// The point, moved off the surface to the side of `dir`.
     #[inline]
     pub fn offset_origin(&self, dir: Vec3) -> Vec3 {
-        let n = self.surface.ng;
-        let distance = n.abs().element_sum() * self.p_error;
-        let offset = n * distance.copysign(dir.dot(n));
-        let p = self.surface.p + offset;
-        // The sum rounds too: step outward where it fell short.
-        Vec3::new(
-            step_away(p.x, offset.x),
-            step_away(p.y, offset.y),
-            step_away(p.z, offset.z),
-        )
+        offset_origin(self.surface.p, self.p_error, self.surface.ng, dir)
     }
 }
 
@@ -341,18 +329,6 @@ fn tree_quality(scene: &Scene, n_camera_samples: u64) -> Quality {
         Quality::Final
     } else {
         Quality::Preview
-    }
-}
-
-/// The next number in the direction of `offset`.
-#[inline]
-fn step_away(x: f32, offset: f32) -> f32 {
-    if offset > 0.0 {
-        x.next_up()
-    } else if offset < 0.0 {
-        x.next_down()
-    } else {
-        x
     }
 }
 
@@ -383,11 +359,17 @@ impl Flattening<'_> {
                 engine_from_prototype * DAffine3::from_translation(prototype.center);
             let linear = engine_from_chunk.matrix3;
             let first_slots = self.slots_for(prototype_idx, attributes);
+            let is_identity = engine_from_chunk == DAffine3::IDENTITY;
             self.placements.push(Placed {
                 prototype: prototype_idx,
+                engine_from_chunk,
+                is_identity,
+                error: if is_identity {
+                    PlacementError::NONE
+                } else {
+                    PlacementError::of(&engine_from_chunk)
+                },
                 linear: linear.as_mat3(),
-                translation: engine_from_chunk.translation.as_vec3(),
-                is_identity: engine_from_chunk == DAffine3::IDENTITY,
                 handedness: if linear.determinant() < 0.0 {
                     -1.0
                 } else {

@@ -56,7 +56,7 @@ pub(crate) struct Reported {
     pub(crate) is_inside: bool,
     /// Where the line meets the triangle's plane.
     pub(crate) t: f64,
-    /// Where it passes the triangle's first and last corner.
+    /// Where it passes the triangle's first and last corner, less and plus the border.
     pub(crate) t_range: [f64; 2],
     /// By which `t` may be off in `f64` itself.
     pub(crate) uncertain_t: f64,
@@ -149,7 +149,7 @@ impl Oracle {
             off_by,
             is_inside: is_sure && seen.is_inside(),
             t: seen.t(shear.dir_largest),
-            t_range: seen.t_range(shear.dir_largest),
+            t_range: seen.t_range(shear.dir_largest, placed.border(&seen)),
             uncertain_t: shear.uncertain_t(corners),
         }
     }
@@ -276,9 +276,13 @@ impl Seen {
         to_edge(0).min(to_edge(1)).min(to_edge(2))
     }
 
-    fn t_range(&self, dir_largest: f64) -> [f64; 2] {
+    fn t_range(&self, dir_largest: f64, border: f64) -> [f64; 2] {
         let t = self.along.map(|along| along / dir_largest);
-        [t[0].min(t[1]).min(t[2]), t[0].max(t[1]).max(t[2])]
+        let border = border / dir_largest.abs();
+        [
+            t[0].min(t[1]).min(t[2]) - border,
+            t[0].max(t[1]).max(t[2]) + border,
+        ]
     }
 
     fn t(&self, dir_largest: f64) -> f64 {
