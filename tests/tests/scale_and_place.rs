@@ -75,7 +75,7 @@ fn render(scale: f64, center: DVec3) -> Picture {
     })
 }
 
-/// relMSE and the largest difference of any value, relative to the brightest.
+/// relMSE, and the largest difference of any value.
 fn difference(a: &Picture, b: &Picture) -> (f64, f64) {
     let pairs = ["R", "G", "B"].map(|c| a.channel(c).iter().zip(b.channel(c)));
     let most = pairs
@@ -93,18 +93,22 @@ fn neither_scale_nor_place_changes_the_picture() {
     let far = DVec3::new(1e6, -1e6, 3e5);
     for (scale, center) in [
         (1e-3, DVec3::ZERO),
-        (1e-2, DVec3::ZERO),
         (0.1, DVec3::ZERO),
         (3.0, DVec3::ZERO),
-        (10.0, DVec3::ZERO),
         (1e2, DVec3::ZERO),
-        (1e3, DVec3::ZERO),
         (1e4, DVec3::ZERO),
-        (1024.0, DVec3::ZERO),
         (1.0, far),
         (1e3, far),
     ] {
         let (rel_mse, most) = difference(&render(scale, center), &reference);
-        eprintln!("{scale:e} at {center}: relMSE {rel_mse:.2e}, at most {most:.2e}");
+        assert!(
+            rel_mse < 1e-5 && most < 1e-5,
+            "{scale:e} at {center}: relMSE {rel_mse:.2e}, at most {most:.2e}"
+        );
     }
+    // Multiplying by a power of two rounds nothing.
+    assert_eq!(
+        difference(&render(1024.0, DVec3::ZERO), &reference),
+        (0.0, 0.0)
+    );
 }
