@@ -33,7 +33,7 @@ impl Ray {
 
     /// Whether the ray can hit anything: no NaN, finite ends of the line, a direction, a range.
     #[inline]
-    pub(crate) fn is_valid(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.origin.is_finite()
             && self.dir.is_finite()
             && self.dir != Vec3::ZERO
