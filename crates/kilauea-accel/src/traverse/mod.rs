@@ -3,6 +3,8 @@
 mod avx2;
 mod kernel;
 mod portable;
+#[cfg(test)]
+mod slab_tests;
 mod stack;
 mod tree_ray;
 mod triangle;
