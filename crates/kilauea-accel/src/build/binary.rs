@@ -13,13 +13,28 @@ use obvhs::triangle::Triangle;
 
 /// One triangle (or a part of a large one, in final quality) to a leaf.
 pub(crate) fn over_triangles(triangles: &[SoupTriangle], quality: Quality) -> Bvh2 {
-    match quality {
-        Quality::Preview => over_boxes(triangles, all(triangles.len()), quality),
-        Quality::Final => {
-            let (boxes, indices) = presplit(triangles);
-            over_boxes(&boxes, indices, quality)
+    let (mut boxes, indices) = match quality {
+        Quality::Preview => {
+            let boxes = triangles.iter().map(SoupTriangle::bounds).collect();
+            (boxes, all(triangles.len()))
         }
+        Quality::Final => presplit(triangles),
+    };
+    for (bounds, &index) in boxes.iter_mut().zip(&indices) {
+        *bounds = with_border(bounds, &triangles[index as usize]);
     }
+    over_boxes(&boxes, indices, quality)
+}
+
+/// A box around all that the triangle test may take for the triangle.
+///
+/// Lines that pass between two triangles are given to one of them by edge functions whose corners
+/// are rounded. Errors in proportion to the distance from the ray's origin are covered by the
+/// slack of the reciprocal direction in the box test, those in proportion to the edges by this.
+/// Were the box any tighter, a line given to this triangle could pass its box, and leak.
+fn with_border(bounds: &Aabb, triangle: &SoupTriangle) -> Aabb {
+    let border = Vec3A::splat(4.0 * f32::EPSILON * triangle.longest_edge());
+    Aabb::new(bounds.min - border, bounds.max + border)
 }
 
 /// One primitive to a leaf; `indices` names the primitive of each box.

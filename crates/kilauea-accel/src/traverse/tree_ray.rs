@@ -1,4 +1,4 @@
-use crate::ray::Ray;
+use crate::ray::{Ray, power_of_two_below_reciprocal};
 use kilauea_math::{DVec3, Vec3};
 
 /// More than the rounding of a distance to `f32`, relative to it.
@@ -28,6 +28,9 @@ pub(crate) struct TreeRay {
     pub(crate) t_min: f32,
     /// How far the origin was moved.
     pub(crate) t_start: f64,
+    /// Distances in the tree by those of the ray: a placement that shrinks its geometry lengthens
+    /// the ray's direction, which must fit into `f32`.
+    pub(crate) t_scale: f64,
     /// Bound on the coordinates by which the rounding of the moved origin is judged; zero where
     /// the origin was not rounded.
     pub(crate) rounded_size: f32,
@@ -42,7 +45,7 @@ impl TreeRay {
     #[inline(always)]
     pub(crate) fn world(ray: &Ray) -> Self {
         let ends = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
-        Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0, 0.0)
+        Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0)
     }
 
     /// A ray from `origin` along `dir`, moved by `t_start`. Distances along the whole ray are those
@@ -50,10 +53,15 @@ impl TreeRay {
     #[inline(always)]
     pub(crate) fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f64) -> Self {
         let moved = (origin + dir * t_start).as_vec3();
-        let t_min = (f64::from(t_min) * (1.0 - ULP) - t_start) * (1.0 - ULP);
+        let dir_scale = power_of_two_below_reciprocal(dir.abs().max_element());
+        let t_min = (f64::from(t_min) * (1.0 - ULP) - t_start) * ((1.0 - ULP) / dir_scale);
         let size = moved.abs().max_element();
         let ends = (origin, dir);
-        Self::with_rounded(moved, dir.as_vec3(), ends, t_min as f32, t_start, size)
+        let mut ray =
+            Self::with_rounded(moved, (dir * dir_scale).as_vec3(), ends, t_min as f32, size);
+        ray.t_start = t_start;
+        ray.t_scale = 1.0 / dir_scale;
+        ray
     }
 
     #[inline(always)]
@@ -62,11 +70,11 @@ impl TreeRay {
         d: Vec3,
         (origin, dir): (DVec3, DVec3),
         t_min: f32,
-        t_start: f64,
         rounded_size: f32,
     ) -> Self {
-        // Ize 2013.
-        const THREE_ULPS: f32 = 3.0 * f32::EPSILON;
+        // Three for the box test itself (Ize 2013), and three for what the shear of the triangle
+        // test may move a corner, so that no box is passed by a line that meets its triangle.
+        const SLACK: f32 = 6.0 * f32::EPSILON;
         let size = d.abs();
         let axes = if size.x > size.y && size.x > size.z {
             [1, 2, 0]
@@ -80,8 +88,8 @@ impl TreeRay {
         let rcp = size.max(Vec3::splat(1e-18)).copysign(d).recip();
         Self {
             origin: moved.to_array(),
-            near_rcp: (rcp * (1.0 - THREE_ULPS)).to_array(),
-            far_rcp: (rcp * (1.0 + THREE_ULPS)).to_array(),
+            near_rcp: (rcp * (1.0 - SLACK)).to_array(),
+            far_rcp: (rcp * (1.0 + SLACK)).to_array(),
             near_plane: [
                 usize::from(d.x.is_sign_negative()),
                 2 + usize::from(d.y.is_sign_negative()),
@@ -93,7 +101,8 @@ impl TreeRay {
                 d_array[axes[1]] * rcp_largest,
             ],
             t_min: t_min.max(0.0),
-            t_start,
+            t_start: 0.0,
+            t_scale: 1.0,
             rounded_size,
             origin_f64: origin.to_array(),
             dir_f64: dir.to_array(),
@@ -103,6 +112,6 @@ impl TreeRay {
     /// A distance of the whole ray, as a bound for distances in the tree.
     #[inline(always)]
     pub(crate) fn limit(&self, t: f32) -> f32 {
-        ((f64::from(t) * (1.0 + ULP) - self.t_start) * (1.0 + ULP)) as f32
+        ((f64::from(t) * (1.0 + ULP) - self.t_start) * ((1.0 + ULP) * self.t_scale)) as f32
     }
 }

@@ -80,7 +80,7 @@ pub(crate) struct LeafRay {
     origin: [__m128; 3],
     shear: [__m128; 2],
     axes: [usize; 3],
-    /// Largest component of the direction.
+    /// Largest component of the direction, by which distances in the tree count.
     dir_largest: __m128,
     t_min: __m128,
     rounded_size: __m128,
@@ -118,7 +118,7 @@ impl Kernel for Avx2 {
                 ],
                 shear: [_mm_set1_ps(ray.shear[0]), _mm_set1_ps(ray.shear[1])],
                 axes: ray.axes,
-                dir_largest: _mm_set1_ps(ray.dir_f64[kz] as f32),
+                dir_largest: _mm_set1_ps((ray.dir_f64[kz] / ray.t_scale) as f32),
                 t_min: _mm_set1_ps(ray.t_min),
                 rounded_size: _mm_set1_ps(ray.rounded_size),
             }
