@@ -3,7 +3,7 @@ use crate::geometry::{BuildOptions, Geometry, Placement, Quality};
 use crate::node::{Node8, STACK_CAPACITY, Tree};
 use crate::ray::{Hit, Ray};
 use crate::traverse::{Instance, Isa, Scene};
-use kilauea_math::{Bounds3, DAffine3, DVec3, Vec3};
+use kilauea_math::{Bounds3, DAffine3, DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Answers which triangle a ray meets.
@@ -33,7 +33,8 @@ impl Accel {
     ///
     /// Never fails: what no ray can hit, or not reliably, is left out and counted. These are
     /// triangles with a bad index, a coordinate that is not finite or beyond 1e13, or no area, and
-    /// placements of no geometry or with a matrix that has no inverse.
+    /// placements of no geometry or with a matrix that has no inverse, or stretches one direction
+    /// more than 1e12 times as much as another.
     pub fn build(
         geometries: &[Geometry<'_>],
         placements: &[Placement],
@@ -224,11 +225,21 @@ impl Plan {
     }
 }
 
-/// Whether a ray can be taken into the geometry's space.
+/// Whether a ray can be taken into the geometry's space and keeps some digits there.
 fn has_inverse(world_from_geometry: &DAffine3) -> bool {
+    const MAX_STRETCH: f64 = 1e12;
+    let matrix = world_from_geometry.matrix3;
+    let inverse = matrix.inverse();
+    let largest = |m: DMat3| {
+        m.to_cols_array()
+            .into_iter()
+            .map(f64::abs)
+            .fold(0.0, f64::max)
+    };
     world_from_geometry.is_finite()
-        && world_from_geometry.matrix3.determinant() != 0.0
+        && inverse.is_finite()
         && world_from_geometry.inverse().is_finite()
+        && largest(matrix) * largest(inverse) <= MAX_STRETCH
 }
 
 /// Whether the geometry keeps 14 bits across its width when its positions are rounded in engine

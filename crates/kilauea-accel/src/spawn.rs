@@ -76,11 +76,8 @@ impl PlacementError {
 
     /// Of geometry under a matrix.
     pub fn of(world_from_geometry: &DAffine3) -> Self {
-        let abs = |m: DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
-        let m = world_from_geometry.matrix3;
-        let condition = (abs(m) * abs(m.inverse()) * DVec3::ONE).max_element();
         Self {
-            factor: 16.0 * UNIT_F64 * condition,
+            factor: 16.0 * UNIT_F64 * condition(&world_from_geometry.matrix3),
             translation: world_from_geometry.translation.abs().max_element(),
         }
     }
@@ -89,6 +86,13 @@ impl PlacementError {
     fn at(&self, extent: f64) -> f64 {
         self.factor * (extent + self.translation)
     }
+}
+
+/// How much larger roundings can become by a matrix and its inverse: the largest row sum of
+/// |M| |M⁻¹|.
+fn condition(m: &DMat3) -> f64 {
+    let abs = |m: &DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
+    (abs(m) * abs(&m.inverse()) * DVec3::ONE).max_element()
 }
 
 /// The point `p`, moved along the unit normal `n` to the side of `dir`, just as far as an error of
