@@ -2,8 +2,9 @@
 //!
 //! `obvhs` builds binary trees; this crate turns them into nodes of eight boxes and leaves of four
 //! triangles and traces them with its own kernels, AVX2 where the processor has it. Both kernels
-//! give the same hits, bit for bit, and so do any two trees over the same triangles: which hit
-//! wins depends on distance, instance and triangle alone.
+//! give the same hits, bit for bit: which hit wins depends on distance, instance and triangle
+//! alone. So do any two trees over the same triangles, but for lines that pass a silhouette so
+//! close that rounding decides.
 //!
 //! ```
 //! use kilauea_accel::{Accel, BuildOptions, Geometry, Placement, Ray};

@@ -75,7 +75,7 @@ struct Seen {
 struct Shear {
     origin: [f64; 3],
     axes: [usize; 3],
-    shear: [f64; 2],
+    factors: [f64; 2],
     dir: DVec3,
     dir_largest: f64,
 }
@@ -87,9 +87,12 @@ impl Oracle {
             let is_baked = stage.may_be_baked(placement);
             let world_from_geometry = stage.placements[placement].world_from_geometry;
             let corners: Vec<[DVec3; 3]> = (0..n_triangles)
-                .map(|triangle| match is_baked {
-                    true => stage.corners(placement, triangle).map(DVec3::as_vec3),
-                    false => stage.mesh(placement).corners(triangle),
+                .map(|triangle| {
+                    if is_baked {
+                        stage.corners(placement, triangle).map(DVec3::as_vec3)
+                    } else {
+                        stage.mesh(placement).corners(triangle)
+                    }
                 })
                 .map(|corners| corners.map(Vec3::as_dvec3))
                 .collect();
@@ -215,7 +218,7 @@ impl Shear {
         Self {
             origin: origin.to_array(),
             axes,
-            shear: [dir[axes[0]] / dir_largest, dir[axes[1]] / dir_largest],
+            factors: [dir[axes[0]] / dir_largest, dir[axes[1]] / dir_largest],
             dir,
             dir_largest,
         }
@@ -235,8 +238,8 @@ impl Shear {
         let along = corners.map(|p| p[kz] - self.origin[kz]);
         let across = [0, 1, 2].map(|i| {
             [
-                (corners[i][kx] - self.origin[kx]) - self.shear[0] * along[i],
-                (corners[i][ky] - self.origin[ky]) - self.shear[1] * along[i],
+                (corners[i][kx] - self.origin[kx]) - self.factors[0] * along[i],
+                (corners[i][ky] - self.origin[ky]) - self.factors[1] * along[i],
             ]
         });
         let [a, b, c] = across;

@@ -101,7 +101,7 @@ impl<'a> RaySource<'a> {
             3 => self.along_an_axis([0.0, -0.0]),
             4 => self.along_an_axis([1e-42, -1e-40]),
             5 => self.of_extreme_length(),
-            6 | 7 => self.from_outside(),
+            6 | 7 => self.through_the_inside(),
             8 => self.along_an_edge(),
             9 => self.within_nothing(),
             10 => self.through_a_corner_along_an_axis(),
@@ -114,7 +114,7 @@ impl<'a> RaySource<'a> {
         let (origin, inside) = self.start();
         let placement = inside.map_or_else(|| self.placement(), |inside| inside.placement);
         let target = target(self, placement);
-        self.aim(origin, (target - origin.as_dvec3()).as_vec3(), inside)
+        Self::aim(origin, (target - origin.as_dvec3()).as_vec3(), inside)
     }
 
     /// One component alone differs from those tiny ones.
@@ -122,7 +122,7 @@ impl<'a> RaySource<'a> {
         let (origin, inside) = self.start();
         let mut dir = [0; 3].map(|_| tiny[self.random.index(2)]);
         dir[self.random.index(3)] = [1.0, -1.0, 0.3, -7.0][self.random.index(4)];
-        self.aim(origin, Vec3::from_array(dir), inside)
+        Self::aim(origin, Vec3::from_array(dir), inside)
     }
 
     fn of_extreme_length(&mut self) -> Aimed {
@@ -130,17 +130,17 @@ impl<'a> RaySource<'a> {
         // Distances must fit into `f32`.
         let length = self.half_width * self.random.decade(-36.0, 30.0);
         let dir = (self.random.point() * length).as_vec3();
-        self.aim(origin, dir, inside)
+        Self::aim(origin, dir, inside)
     }
 
     /// Through a point inside a closed mesh; at a corner where there is none.
-    fn from_outside(&mut self) -> Aimed {
+    fn through_the_inside(&mut self) -> Aimed {
         let away = 4.0 * self.half_width * self.random.decade(0.0, 3.0);
         let origin = (self.center + away * self.random.point().normalize()).as_vec3();
         let Some((target, inside)) = self.point_inside() else {
             let placement = self.placement();
             let target = self.corner(placement);
-            return self.aim(origin, (target - origin.as_dvec3()).as_vec3(), None);
+            return Self::aim(origin, (target - origin.as_dvec3()).as_vec3(), None);
         };
         let ray = Ray::new(origin, (target - origin.as_dvec3()).as_vec3());
         // The direction's rounding, or what the kernels may err, can lead it past the mesh.
@@ -159,7 +159,7 @@ impl<'a> RaySource<'a> {
         let placement = self.placement();
         let [a, b, _] = self.triangle(placement);
         let origin = a - self.random.unit() * (b - a);
-        self.aim(origin.as_vec3(), (b - a).as_vec3(), None)
+        Self::aim(origin.as_vec3(), (b - a).as_vec3(), None)
     }
 
     fn within_nothing(&mut self) -> Aimed {
@@ -184,7 +184,7 @@ impl<'a> RaySource<'a> {
         let mut dir = Vec3::ZERO;
         dir[axis] = if self.random.unit() < 0.5 { 1.0 } else { -1.0 };
         origin[axis] -= dir[axis] * (2.0 * self.half_width) as f32;
-        self.aim(origin, dir, None)
+        Self::aim(origin, dir, None)
     }
 
     /// Anywhere, over part of its line.
@@ -203,7 +203,7 @@ impl<'a> RaySource<'a> {
         }
     }
 
-    fn aim(&self, origin: Vec3, dir: Vec3, inside: Option<Inside>) -> Aimed {
+    fn aim(origin: Vec3, dir: Vec3, inside: Option<Inside>) -> Aimed {
         let holds = inside.is_some() && dir != Vec3::ZERO;
         Aimed {
             ray: Ray::new(origin, dir),

@@ -38,13 +38,18 @@ impl Tally {
     /// Counts a ray of which the kernels do not say the same.
     pub(crate) fn kernels_differ(&mut self, ray: &Ray, found: Option<Hit>, happened: bool) {
         self.n_kernels += u64::from(happened);
-        self.note(self.n_kernels == 1, happened, "kernels differ", ray, found);
+        self.note(
+            happened && self.n_kernels == 1,
+            "kernels differ",
+            ray,
+            found,
+        );
     }
 
     /// Counts a ray that met the triangle it left.
     pub(crate) fn self_hit(&mut self, ray: &Ray, found: Option<Hit>, happened: bool) {
         self.n_self += u64::from(happened);
-        self.note(self.n_self == 1, happened, "self-hit", ray, found);
+        self.note(happened && self.n_self == 1, "self-hit", ray, found);
     }
 
     /// Compares a hit with the truth.
@@ -63,18 +68,18 @@ impl Tally {
             Must::Miss | Must::Either => false,
         };
         self.n_leaks += u64::from(leaks);
-        self.note(self.n_leaks == 1, leaks, "leak", ray, found);
+        self.note(leaks && self.n_leaks == 1, "leak", ray, found);
 
         let missed = nearest.is_some_and(|clear| clear.t < t_found * (1.0 - MAX_T_ERROR));
         self.n_missed += u64::from(missed);
-        self.note(self.n_missed == 1, missed, "miss", ray, found);
+        self.note(missed && self.n_missed == 1, "miss", ray, found);
 
         let Some(hit) = found else { return };
         let truth = oracle.reported(ray, &hit);
         let out_of_range = hit.t <= ray.t_min.max(0.0) || hit.t > ray.t_max;
         let is_false = truth.off_by > BORDER || out_of_range || aimed.must == Must::Miss;
         self.n_false += u64::from(is_false);
-        self.note(self.n_false == 1, is_false, "false hit", ray, found);
+        self.note(is_false && self.n_false == 1, "false hit", ray, found);
         self.max_off_by = self.max_off_by.max(truth.off_by);
 
         let [t_least, t_most] = truth.t_range;
@@ -89,7 +94,7 @@ impl Tally {
         if t_error > self.max_t_error {
             self.max_t_error = t_error;
             let exceeds = t_error > MAX_T_ERROR;
-            self.note(exceeds, exceeds, &format!("t is {t_exact:e}"), ray, found);
+            self.note(exceeds, &format!("t is {t_exact:e}"), ray, found);
         }
 
         let is_wrong = nearest.is_some_and(|clear| {
@@ -98,7 +103,7 @@ impl Tally {
                 && oracle.is_same_place(hit.instance, clear.triangle, hit.triangle)
         });
         self.n_wrong += u64::from(is_wrong);
-        self.note(self.n_wrong == 1, is_wrong, "later of equals", ray, found);
+        self.note(is_wrong && self.n_wrong == 1, "later of equals", ray, found);
     }
 
     /// Whether anything is not as it must be.
@@ -108,8 +113,8 @@ impl Tally {
             && self.max_t_error <= MAX_T_ERROR
     }
 
-    fn note(&mut self, is_first: bool, happened: bool, what: &str, ray: &Ray, found: Option<Hit>) {
-        if is_first && happened {
+    fn note(&mut self, is_first: bool, what: &str, ray: &Ray, found: Option<Hit>) {
+        if is_first {
             self.failures.push(format!("{what}: {ray:?} {found:?}"));
         }
     }
