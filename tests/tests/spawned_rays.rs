@@ -19,7 +19,7 @@ fn empty() -> Stage {
     Stage::new(perspective([0.0, 0.0, 5.0], [0.0; 3], 0.5))
 }
 
-/// Small and large parts of a cube under each of the matrices, as instances of one prototype.
+/// A cube under each of the matrices, as instances of one prototype.
 fn instances(places: &[DAffine3]) -> Stage {
     let mut stage = empty();
     stage.prototypes.push("/Prototype".into());

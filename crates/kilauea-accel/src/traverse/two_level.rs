@@ -166,7 +166,7 @@ impl<K: Kernel, F: FnMut(&Hit) -> bool, const ANY: bool> Visitor for TreeLeaves<
     }
 
     #[inline(always)]
-    fn visit(&mut self, leaf: u32, _t_entry: f32) -> bool {
+    fn visit(&mut self, leaf: u32) -> bool {
         let leaf = self.kernel.item(&self.tree.leaves, leaf);
         let mut candidates = self.kernel.candidates(&self.leaf_ray, self.limit, leaf);
         while candidates != 0 {
@@ -247,7 +247,7 @@ impl<K: Kernel, F: FnMut(&Hit) -> bool, const ANY: bool> Visitor for TopLeaves<'
     }
 
     #[inline(always)]
-    fn visit(&mut self, leaf: u32, _t_entry: f32) -> bool {
+    fn visit(&mut self, leaf: u32) -> bool {
         let instance = self.kernel.item(self.instances, leaf);
         let tree = self.kernel.item(self.trees, instance.tree);
         let ray = instance.tree_ray(self.ray, self.world_ray);
