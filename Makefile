@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 STAGE := tests/scenes/cornell_box/cornell-box.usda
 
-.PHONY: install render test test-rust test-python check lint bench clean
+.PHONY: install render test test-rust test-loom test-python check lint bench clean
 
 $(BIN)/python:
 	$(PYTHON) -m venv .venv
@@ -17,10 +17,17 @@ render: install
 	@mkdir -p out
 	$(BIN)/kilauea render $(STAGE) -o out/cornell.exr,out/cornell.png -r 512 512 -p 64
 
-test: test-rust test-python
+test: test-rust test-loom test-python
 
 test-rust:
 	cargo test --quiet
+
+# Interleavings of what crosses between engine threads. Builds loom apart, once, and without
+# optimising what it depends on, which would take longer than the test.
+test-loom:
+	RUSTFLAGS="--cfg loom" cargo test --quiet -p kilauea-spot --lib --target-dir target/loom \
+		--config 'profile.dev.package."*".opt-level=0' --config 'profile.dev.package.loom.opt-level=2' \
+		interleavings
 
 test-python: install
 	cd usd_bridge && ../$(BIN)/python -m pytest --quiet

@@ -19,6 +19,7 @@ import bpy
 from blender_scene.camera import build_camera
 from blender_scene.light import build_lights
 from blender_scene.material import Materials
+from blender_scene.motion import open_shutter
 from blender_scene.placement import Placement
 from blender_scene.settings import apply_settings
 from blender_scene.world import build_world
@@ -40,10 +41,11 @@ def parse_arguments() -> argparse.Namespace:
 def build_scene(scene: ExportedScene, raster: Raster) -> list[str]:
     """Fill the empty Blender scene; returns what could not be matched."""
     warnings: list[str] = []
+    open_shutter(scene)
     build_camera(scene, raster)
     build_world(scene)
     build_lights(scene, warnings)
-    Placement(scene, Materials(scene, warnings)).build()
+    Placement(scene, Materials(scene, warnings), warnings).build()
     return warnings
 
 

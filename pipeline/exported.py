@@ -45,14 +45,37 @@ class ExportedScene:
         name = chunk.get("normals")
         return None if name is None else self.array(name, "<f4", 3)
 
+    def position_keys(self, chunk: dict[str, Any]) -> list[np.ndarray]:
+        """Return a mesh's (n, 3) points at each motion key; one where it stands still."""
+        keys = [chunk, *chunk.get("later_keys", ())]
+        return [self.array(key["positions"], "<f4", 3) for key in keys]
+
     def values(self, attribute: dict[str, Any]) -> np.ndarray:
         """Return (n, width) values of an attribute."""
         return self.array(attribute["data"], "<f4", attribute["width"])
 
-    def instance_matrices(self, instances: dict[str, Any]) -> np.ndarray:
-        """Return (n, 4, 4) matrices for column vectors, prototype to parent."""
-        columns = self.array(instances["matrices"], "<f8", 16)
-        return columns.reshape(-1, 4, 4).transpose(0, 2, 1)
+    def instance_keys(self, instances: dict[str, Any]) -> list[np.ndarray]:
+        """Return (n, 4, 4) matrices for column vectors, prototype to parent, at each key."""
+        files = [instances["matrices"], *instances.get("later_matrices", ())]
+        columns = (self.array(file, "<f8", 16) for file in files)
+        return [matrices.reshape(-1, 4, 4).transpose(0, 2, 1) for matrices in columns]
+
+    @cached_property
+    def has_motion(self) -> bool:
+        """Whether anything moves while the shutter is open."""
+        return bool(self.camera.get("later_world_from_camera")) or any(
+            any(chunk.get("later_keys") for chunk in prototype["chunks"])
+            or any(chunk["later_points"] for chunk in prototype.get("curves", ()))
+            or any(chunk["later_centers"] for chunk in prototype.get("points", ()))
+            or any(instances.get("later_matrices") for instances in prototype["instances"])
+            for prototype in self.prototypes
+        )
+
+    @property
+    def camera_keys(self) -> list[np.ndarray]:
+        """The camera's (4, 4) matrices to the shifted world, at each key."""
+        later = self.camera.get("later_world_from_camera", ())
+        return [self.to_relative(m) for m in (self.camera["world_from_camera"], *later)]
 
     @property
     def prototypes(self) -> list[dict[str, Any]]:
@@ -94,13 +117,14 @@ class ExportedScene:
         world_from_local = np.asarray(column_major, dtype=np.float64).reshape(4, 4).T
         return self.relative_from_world @ world_from_local
 
-    def placed(self, parent: dict[str, Any], instances: dict[str, Any]) -> np.ndarray:
-        """Return (n, 4, 4) matrices between the two prototypes' centred spaces."""
+    def placed(self, parent: dict[str, Any], instances: dict[str, Any]) -> list[np.ndarray]:
+        """Return (n, 4, 4) matrices between the two prototypes' centred spaces, at each key."""
         child = self.prototypes[instances["prototype"]]
-        parent_from_child = self.instance_matrices(instances)
-        return translation(-np.asarray(parent["center"])) @ (
-            parent_from_child @ translation(np.asarray(child["center"]))
-        )
+        return [
+            translation(-np.asarray(parent["center"]))
+            @ (parent_from_child @ translation(np.asarray(child["center"])))
+            for parent_from_child in self.instance_keys(instances)
+        ]
 
 
 def translation(offset: np.ndarray) -> np.ndarray:

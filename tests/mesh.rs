@@ -1,5 +1,6 @@
 use kilauea_math::DAffine3;
-use kilauea_mesh::{PolyMesh, Primvar, PrimvarInterpolation};
+use kilauea_mesh::{MeshPose, PolyMesh, Primvar, PrimvarInterpolation};
+use kilauea_scene::Visibility;
 
 /// A polygon mesh that owns its arrays.
 #[derive(Clone, Debug)]
@@ -20,6 +21,10 @@ pub struct Mesh {
     pub material: u32,
     /// Primvars.
     pub primvars: Vec<MeshPrimvar>,
+    /// Points at the later motion keys.
+    pub later_points: Vec<Vec<[f32; 3]>>,
+    /// Which rays meet it.
+    pub visibility: Visibility,
 }
 
 /// A primvar of three floats.
@@ -45,6 +50,8 @@ impl Mesh {
             indices,
             material: 0,
             primvars: Vec::new(),
+            later_points: Vec::new(),
+            visibility: Visibility::ALL,
         }
     }
 
@@ -103,6 +110,27 @@ impl Mesh {
         Self { prototype, ..self }
     }
 
+    /// The same mesh, met by these rays only.
+    #[must_use]
+    pub fn met_by(self, visibility: Visibility) -> Self {
+        Self { visibility, ..self }
+    }
+
+    /// The same mesh, shifted by a vector at each later motion key.
+    #[must_use]
+    pub fn moving(self, shifts: &[[f32; 3]]) -> Self {
+        let moved = |shift: &[f32; 3]| {
+            let points = self.points.iter();
+            points
+                .map(|p| std::array::from_fn(|i| p[i] + shift[i]))
+                .collect()
+        };
+        Self {
+            later_points: shifts.iter().map(moved).collect(),
+            ..self
+        }
+    }
+
     pub(crate) fn payload(&self) -> PolyMesh<'_> {
         let primvars = self.primvars.iter().map(|p| Primvar {
             name: &p.name,
@@ -126,6 +154,15 @@ impl Mesh {
             subdivision: None,
             material: self.material,
             subsets: Vec::new(),
+            later_keys: self
+                .later_points
+                .iter()
+                .map(|points| MeshPose {
+                    points,
+                    normals: None,
+                })
+                .collect(),
+            visibility: self.visibility,
         }
     }
 }

@@ -4,10 +4,12 @@ use kilauea_mesh::{
     PrimvarInterpolation, assemble,
 };
 use kilauea_render::{PrepareOptions, PreparedScene, RenderJob};
-use kilauea_scene::{Camera, FilterKind, Light, Material, RenderSettings, Scene, TextureSource};
+use kilauea_scene::{
+    Camera, FilterKind, Light, Material, RenderSettings, Scene, TextureSource, Visibility,
+};
 use std::sync::Arc;
 
-use crate::{Mesh, Picture};
+use crate::{Curves, Mesh, Picture, Points};
 
 /// A scene under construction.
 #[derive(Clone, Debug)]
@@ -18,6 +20,10 @@ pub struct Stage {
     pub meshes: Vec<Mesh>,
     /// Spheres in the world.
     pub spheres: Vec<Sphere>,
+    /// Curves.
+    pub curves: Vec<Curves>,
+    /// Points.
+    pub points: Vec<Points>,
     /// Placements of prototypes.
     pub instances: Vec<Placements>,
     /// Materials.
@@ -52,6 +58,8 @@ pub struct Placements {
     pub parent_from_prototype: Vec<DAffine3>,
     /// Name and values of a primvar of three floats per instance.
     pub primvar: Option<(String, Vec<f32>)>,
+    /// The transforms at later motion keys.
+    pub later: Vec<Vec<DAffine3>>,
 }
 
 impl Stage {
@@ -61,6 +69,8 @@ impl Stage {
             prototypes: vec![String::new()],
             meshes: Vec::new(),
             spheres: Vec::new(),
+            curves: Vec::new(),
+            points: Vec::new(),
             instances: Vec::new(),
             materials: Vec::new(),
             textures: Vec::new(),
@@ -120,12 +130,15 @@ impl Stage {
             left_handed: false,
             double_sided: true,
             primvars: Vec::new(),
+            visibility: Visibility::ALL,
         });
         let instances = self.instances.iter().map(|placements| InstancesPayload {
             path: "/Instances",
             parent: placements.parent,
             prototype: placements.prototype,
             parent_from_prototype: placements.parent_from_prototype.clone(),
+            later_parent_from_prototype: placements.later.clone(),
+            visibility: Visibility::ALL,
             primvars: placements
                 .primvar
                 .iter()
@@ -142,6 +155,8 @@ impl Stage {
             prototypes: self.prototypes.clone(),
             meshes: self.meshes.iter().map(Mesh::payload).collect(),
             implicits: spheres.collect(),
+            curves: self.curves.iter().map(Curves::payload).collect(),
+            points: self.points.iter().map(Points::payload).collect(),
             instances: instances.collect(),
             materials: self.materials.clone(),
             textures: self.textures.clone(),

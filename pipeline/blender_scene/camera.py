@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
-from mathutils import Matrix
+
+from blender_scene.motion import move
 
 if TYPE_CHECKING:
     from exported import ExportedScene, Raster
@@ -18,9 +19,10 @@ MM_PER_UNIT = 1000.0
 def build_camera(scene: ExportedScene, raster: Raster) -> None:
     """Make the record's camera the active one and set the resolution of the raster."""
     record = scene.camera
-    relative_from_camera = scene.to_relative(record["world_from_camera"])
-    # Lengths of the record are in scene units: scale on a camera only turns its axes.
-    relative_from_camera[:3, :3] /= np.linalg.norm(relative_from_camera[:3, :3], axis=0)
+    keys = scene.camera_keys
+    for relative_from_camera in keys:
+        # Lengths of the record are in scene units: scale on a camera only turns its axes.
+        relative_from_camera[:3, :3] /= np.linalg.norm(relative_from_camera[:3, :3], axis=0)
 
     data = bpy.data.cameras.new("camera")
     data.sensor_fit = "HORIZONTAL"
@@ -36,7 +38,7 @@ def build_camera(scene: ExportedScene, raster: Raster) -> None:
     data.shift_y = 0.5 * (raster.bottom + raster.top) / window_width
 
     camera = bpy.data.objects.new("camera", data)
-    camera.matrix_world = Matrix(relative_from_camera.tolist())
+    move(camera, keys)
     bpy.context.scene.collection.objects.link(camera)
     bpy.context.scene.camera = camera
 

@@ -31,6 +31,8 @@ def apply_settings(settings: dict[str, Any], *, samples: int, seed: int, guiding
     cycles.caustics_refractive = True
     cycles.min_light_bounces = 0
     cycles.min_transparent_bounces = 0
+    # Tubes, not ribbons that face the camera.
+    scene.cycles_curves.shape = "THICK"
     set_depth(cycles, settings["max_depth"])
     set_filter(cycles, settings)
     set_output(scene)

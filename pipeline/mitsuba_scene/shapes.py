@@ -17,8 +17,13 @@ if TYPE_CHECKING:
     from mitsuba_scene.material import Materials
 
 
+ALL_RAYS = 7
+"""Camera, shadow and indirect rays."""
+
+
 def add_shapes(record: dict[str, Any], scene: ExportedScene, materials: Materials) -> None:
     """Add every chunk of every prototype to a scene's record."""
+    refuse_what_is_no_still_mesh(scene)
     places: dict[int, list[np.ndarray]] = defaultdict(list)
     for prototype, matrix in placements(scene, 0, np.eye(4)):
         places[prototype].append(matrix)
@@ -45,6 +50,18 @@ def add_shapes(record: dict[str, Any], scene: ExportedScene, materials: Material
             }
 
 
+def refuse_what_is_no_still_mesh(scene: ExportedScene) -> None:
+    """Raise where a scene has more than meshes that stand still and are seen by all rays."""
+    if scene.has_motion:
+        raise UnsupportedError("motion blur")
+    for prototype in scene.prototypes:
+        if prototype.get("curves") or prototype.get("points"):
+            raise UnsupportedError("curves and points")
+        for record in (*prototype["chunks"], *prototype["instances"]):
+            if record.get("visibility", ALL_RAYS) != ALL_RAYS:
+                raise UnsupportedError("surfaces that some rays do not meet")
+
+
 def placements(
     scene: ExportedScene, prototype: int, matrix: np.ndarray
 ) -> Iterator[tuple[int, np.ndarray]]:
@@ -54,7 +71,8 @@ def placements(
     for instances in record["instances"]:
         if instances.get("attributes"):
             raise UnsupportedError("primvars per instance")
-        for placed in scene.placed(record, instances):
+        (still,) = scene.placed(record, instances)
+        for placed in still:
             yield from placements(scene, instances["prototype"], matrix @ placed)
 
 

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use kilauea_math::hash::{combine, unit_f32};
 use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_scene::{Channel, Input, Material, MeshChunk, Node, Wrap};
-use kilauea_shading::{PrimvarLayout, Surface, TextureStore};
+use kilauea_shading::{Element, ElementCounts, PrimvarLayout, PrimvarSlot, Surface, TextureStore};
 use shaders::Shader;
 
 /// A material whose inputs are constants.
@@ -47,9 +47,14 @@ fn chunk() -> MeshChunk {
     }
 }
 
+fn primvar_slots(shader: &Shader, chunk: &MeshChunk) -> Vec<PrimvarSlot> {
+    let counts = ElementCounts::from(chunk);
+    PrimvarLayout::resolve(shader.primvars(), &chunk.attributes, counts, &[])
+}
+
 fn with_surface<T>(shader: &Shader, wo: Vec3, ask: impl FnOnce(&Surface<'_>) -> T) -> T {
     let chunk = chunk();
-    let primvars = PrimvarLayout::resolve(shader.primvars(), &chunk, &[]);
+    let primvars = primvar_slots(shader, &chunk);
     let (textures, _) = TextureStore::open(&[], 0);
     ask(&Surface {
         p: Vec3::new(0.25, 0.25, 0.0),
@@ -58,8 +63,8 @@ fn with_surface<T>(shader: &Shader, wo: Vec3, ask: impl FnOnce(&Surface<'_>) -> 
         wo,
         corners: chunk.corners(0),
         barycentrics: Vec2::splat(0.25),
-        chunk: &chunk,
-        triangle: 0,
+        attributes: &chunk.attributes,
+        element: Element::triangle(&chunk, 0),
         primvars: &primvars,
         instance_primvars: &[],
         instance_index: 0,
@@ -278,10 +283,10 @@ fn normal_map_turns_the_mirror() {
     connect(&mut mirror, "normal", map);
     let shader = Shader::compile(&mirror).unwrap();
     let reflected = |chunk: &MeshChunk| {
-        let primvars = PrimvarLayout::resolve(shader.primvars(), chunk, &[]);
+        let primvars = primvar_slots(&shader, chunk);
         with_surface(&shader, Vec3::Z, |flat| {
             let surface = Surface {
-                chunk,
+                attributes: &chunk.attributes,
                 primvars: &primvars,
                 ..*flat
             };

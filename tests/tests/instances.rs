@@ -87,6 +87,7 @@ fn instances_equal_baked_geometry() {
         prototype: 1,
         parent_from_prototype: placements(),
         primvar: None,
+        later: Vec::new(),
     });
     let mut baked = base();
     for place in placements() {
@@ -116,6 +117,7 @@ fn nested_instances_equal_baked_geometry() {
             prototype,
             parent_from_prototype: places,
             primvar: None,
+            later: Vec::new(),
         });
     }
     let mut baked = base();
@@ -151,6 +153,7 @@ fn primvars_of_instances_stand_in_for_those_of_meshes() {
         prototype: 1,
         parent_from_prototype: placements(),
         primvar: Some(("tint".into(), tints.concat())),
+        later: Vec::new(),
     });
     let mut baked = base();
     for (place, tint) in placements().into_iter().zip(tints) {
@@ -177,6 +180,7 @@ fn transformed(world_from_base: DAffine3, scale: f64) -> Stage {
             .map(|p| world_from_base * p)
             .collect(),
         primvar: None,
+        later: Vec::new(),
     });
     let world_from_base = DMat4::from(world_from_base);
     for light in &mut stage.lights {

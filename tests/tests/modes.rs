@@ -1,17 +1,18 @@
 //! However a frame is rendered, it is the same frame.
 
 use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
+use kilauea_mesh::CurveType;
 use kilauea_render::RenderJob;
-use kilauea_scene::{DataWindow, FilterKind, Light, LightShape, RenderSettings};
+use kilauea_scene::{DataWindow, FilterKind, Light, LightShape, RenderSettings, Visibility};
 use kilauea_tests::{
-    Mesh, Picture, Placements, Sphere, Stage, black_emitter, light, matte, perspective, preview,
-    rect_light, rel_mse, with_opacity,
+    Curves, Mesh, Picture, Placements, Points, Sphere, Stage, black_emitter, light, matte,
+    perspective, preview, rect_light, rel_mse, with_opacity,
 };
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// A room that uses every feature: cutouts, glass, meshes that shine, area lights, a dome,
-/// instances and a lens.
+/// instances that move, curves, points, a roof that the camera does not see, and a lens.
 fn everything() -> Stage {
     let mut stage = plain();
     stage.camera.lens_radius = 0.02;
@@ -33,7 +34,20 @@ fn everything() -> Stage {
         prototype: 1,
         parent_from_prototype: places.map(DAffine3::from_translation).to_vec(),
         primvar: None,
+        later: vec![
+            places
+                .map(|p| DAffine3::from_translation(p + 0.1 * DVec3::Y))
+                .to_vec(),
+        ],
     });
+    let strand = [[-0.9, 0.0, 0.6], [-0.8, 0.5, 0.7], [-0.9, 1.0, 0.5]];
+    stage
+        .curves
+        .push(Curves::new(CurveType::Cubic, &strand, 0.05));
+    stage.points.push(Points::new(&[[0.5, 0.2, 0.8]], 0.2));
+    let roof = Mesh::floor(0.3).placed(DAffine3::from_translation(DVec3::Y));
+    let unseen = Visibility::SHADOW | Visibility::INDIRECT;
+    stage.meshes.push(roof.met_by(unseen));
     let triangle = [[-1.5, 0.5, -0.5], [-1.5, 0.5, 0.5], [-1.5, 1.0, 0.0]];
     stage.meshes.push(Mesh::polygon(&triangle).with_material(3));
     stage.lights.push(Light {

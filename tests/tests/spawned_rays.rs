@@ -1,9 +1,9 @@
 //! Rays that leave a surface do not meet the triangle they left, and miss nothing close to it.
 
-use kilauea_accel::{Hit, Ray};
+use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_math::hash::{combine, unit_f32};
 use kilauea_math::{DAffine3, DVec3, Vec2, Vec3};
-use kilauea_render::PreparedScene;
+use kilauea_render::{PreparedScene, View};
 use kilauea_tests::{Mesh, Placements, Stage, matte, perspective};
 use std::sync::Arc;
 
@@ -29,6 +29,7 @@ fn instances(places: &[DAffine3]) -> Stage {
         prototype: 1,
         parent_from_prototype: places.to_vec(),
         primvar: None,
+        later: Vec::new(),
     });
     stage
 }
@@ -49,7 +50,7 @@ fn at(x: f64, y: f64, z: f64) -> DAffine3 {
 fn random_hit(scene: &PreparedScene, seed: u32) -> Hit {
     let number = |dimension| unit_f32(combine(seed, dimension));
     let instance = (number(0) * scene.geometry.n_placements() as f32) as u32;
-    let chunks = scene.geometry.chunks(instance);
+    let chunks = scene.geometry.meshes(instance);
     let n_triangles: usize = chunks.iter().map(|chunk| chunk.triangles.len()).sum();
     let (u, v) = (number(1), number(2));
     let (u, v) = if u + v < 1.0 {
@@ -61,8 +62,19 @@ fn random_hit(scene: &PreparedScene, seed: u32) -> Hit {
         t: 0.0,
         u,
         v,
-        triangle: (number(3) * n_triangles as f32) as u32,
+        primitive: (number(3) * n_triangles as f32) as u32,
         instance,
+    }
+}
+
+/// The hit of a triangle as it is seen along `wo`.
+fn view(hit: &Hit, wo: Vec3) -> View {
+    View {
+        uv: Vec2::new(hit.u, hit.v),
+        p_ray: Vec3::ZERO,
+        wo,
+        time: 0.0,
+        footprint: 0.0,
     }
 }
 
@@ -73,15 +85,14 @@ fn check_no_self_hits(name: &str, stage: Stage) {
     for seed in 0..20_000 {
         let number = |dimension| unit_f32(combine(seed, dimension));
         let left = random_hit(&scene, seed);
-        let weights = Vec2::new(left.u, left.v);
         let at = geometry.locate(&left);
-        let interaction = geometry.interaction(at, weights, Vec3::Y, 0.0, &scene.textures);
+        let interaction = geometry.interaction(at, &view(&left, Vec3::Y), &scene.textures);
         let n = interaction.surface.ng * if number(4) < 0.5 { 1.0 } else { -1.0 };
         let angle = std::f32::consts::TAU * number(5);
         let tangent = n.any_orthonormal_vector().rotate_axis(n, angle);
         let sine = LEAST_SINE.powf(number(6));
         let dir = (n * sine + tangent * (1.0 - sine * sine).sqrt()).normalize();
-        let ray = interaction.spawn_ray(dir, f32::INFINITY);
+        let ray = interaction.spawn_ray(dir, f32::INFINITY, Visibility::INDIRECT);
         if let Some(hit) = geometry.accel().intersect(&ray) {
             assert_ne!(geometry.locate(&hit), at, "{name}: {ray:?} {hit:?}");
         }
@@ -169,11 +180,14 @@ fn check_shell(half_width: f32, gap: f64) {
         let origin = tilt.transform_point3(0.9 * below) - scene.scene.origin_world;
         let probe = Ray::new(origin.as_vec3(), up);
         let hit = geometry.accel().intersect(&probe).expect("the lower sheet");
-        let weights = Vec2::new(hit.u, hit.v);
         let at = geometry.locate(&hit);
-        let interaction = geometry.interaction(at, weights, -up, 0.0, &scene.textures);
+        let interaction = geometry.interaction(at, &view(&hit, -up), &scene.textures);
         let aside = Vec3::new(number(2), number(3), number(4));
-        let ray = interaction.spawn_ray((up + 0.5 * aside).normalize(), f32::INFINITY);
+        let ray = interaction.spawn_ray(
+            (up + 0.5 * aside).normalize(),
+            f32::INFINITY,
+            Visibility::INDIRECT,
+        );
         let next = geometry.accel().intersect(&ray);
         let next = next.unwrap_or_else(|| panic!("{half_width}: {ray:?} skips the shell"));
         assert_ne!(geometry.locate(&next), at, "a self-hit");

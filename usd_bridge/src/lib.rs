@@ -11,6 +11,7 @@ mod error;
 mod frame;
 mod image;
 mod job;
+mod rays;
 mod scene;
 
 #[pyo3::pymodule]
@@ -23,6 +24,8 @@ mod _native {
     use crate::image::compare;
     #[pymodule_export]
     use crate::job::RenderJob;
+    #[pymodule_export]
+    use crate::rays::RayWorkload;
     #[pymodule_export]
     use crate::scene::Scene;
 }

@@ -124,7 +124,9 @@ def test_default_light_only_where_nothing_shines(flatten):
     assert [x["path"] for x in lit.lights] == ["/L"]
 
 
-def test_motion_blur_is_said(flatten):
-    moving = CAMERA.format("double shutter:close = 0.5")
-    assert any("motion blur" in w for w in flatten(moving).warnings)
-    assert not any("motion blur" in w for w in flatten(moving, motion_blur=False).warnings)
+def test_a_shutter_that_closes_first_is_said(flatten):
+    backwards = CAMERA.format("double shutter:open = 0.5; double shutter:close = 0.25")
+    frame = flatten(backwards)
+    assert frame.warnings == ["/Cam: the shutter closes before it opens: no blur"]
+    assert frame.camera["shutter"] == [0, 0]
+    assert flatten(backwards, motion_blur=False).warnings == []

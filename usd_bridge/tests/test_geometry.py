@@ -294,12 +294,12 @@ def test_implicit_shapes_take_constant_primvars_only(flatten):
 
 def test_what_is_not_rendered_is_said_once_per_type(flatten):
     frame = flatten(
-        """def BasisCurves "A" {} def BasisCurves "B" {} def Points "P" {}
+        """def NurbsCurves "A" {} def NurbsCurves "B" {} def Points "P" {}
         def Volume "V" {} def ArnoldThing "X" {} def Scope "S" {} def Skeleton "K" {}"""
     )
     assert sorted(frame.warnings) == [
         "ArnoldThing is not a known prim type (/X)",
-        "BasisCurves is not rendered yet (2 prims, first /A)",
-        "Points is not rendered yet (/P)",
+        "NurbsCurves is not rendered yet (2 prims, first /A)",
+        "Points without points (/P)",
         "Volume is not rendered yet (/V)",
     ]

@@ -1,19 +1,21 @@
-use crate::build::{Soup, build_top, build_tree, instance_bounds};
+use crate::build::{Plan, build_top, instance_bounds};
+use crate::forest::{Forest, Kind, PartTrees};
 use crate::geometry::{BuildOptions, Geometry, Placement, Quality};
-use crate::node::{Node8, STACK_CAPACITY, Tree};
+use crate::node::{Node8, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
-use crate::traverse::{Instance, Isa, Scene};
-use kilauea_math::{Bounds3, DAffine3, DMat3, DVec3, Vec3};
-use rayon::prelude::*;
+use crate::traverse::{Instance, Isa, Keep, KeepAll, Part, Scene};
+use crate::visibility::Visibility;
+use kilauea_math::{Bounds3, DAffine3};
 
-/// Answers which triangle a ray meets.
+/// Answers what a ray meets.
 ///
-/// Geometries placed once are baked into one tree in engine space; those placed more often get a
-/// tree each, and a tree over their instances.
+/// Still triangles of geometries placed once are baked into one tree in engine space. All else gets
+/// trees of its own, apart by kind, motion and visibility so that no walk asks for what its tree
+/// does not have, and a tree over their instances.
 #[derive(Clone, Debug)]
 pub struct Accel {
     isa: Isa,
-    pub(crate) trees: Vec<Tree>,
+    pub(crate) forest: Forest,
     pub(crate) top: Option<Top>,
     bounds: Bounds3,
     n_rejected: usize,
@@ -24,6 +26,8 @@ pub struct Accel {
 pub(crate) struct Top {
     pub(crate) nodes: Vec<Node8>,
     pub(crate) instances: Vec<Instance>,
+    /// What each instance is made of; none where all are of still triangles that all rays see.
+    pub(crate) parts: Option<Vec<Part>>,
     /// Instances out of range.
     n_rejected: usize,
 }
@@ -32,123 +36,131 @@ impl Accel {
     /// Builds the trees over `placements` of `geometries`.
     ///
     /// Never fails: what no ray can hit, or not reliably, is left out and counted. These are
-    /// triangles with a bad index, a coordinate that is not finite or beyond 1e13, or no area, and
-    /// placements of no geometry or with a matrix that has no inverse, or stretches one direction
-    /// more than 1e12 times as much as another.
+    /// primitives with a bad index, a coordinate that is not finite or beyond 1e13, a radius that
+    /// is negative, not finite or zero (of a whole segment), triangles without area, and placements
+    /// of no geometry or with a matrix that has no inverse. What no ray sees is left out too.
     pub fn build(
         geometries: &[Geometry<'_>],
         placements: &[Placement],
         options: &BuildOptions,
     ) -> Self {
-        let plan = Plan::new(geometries, placements);
-        let mut soups: Vec<Soup> = plan
-            .shared
-            .par_iter()
-            .map(|&geometry| Soup::from_geometry(&geometries[geometry]))
-            .collect();
-        let mut baked = Soup::default();
-        for &placement in &plan.baked {
-            let Placement {
-                geometry,
-                world_from_geometry,
-            } = &placements[placement as usize];
-            baked.add_baked(
-                &geometries[*geometry as usize],
-                placement,
-                world_from_geometry,
-            );
-        }
-        soups.push(baked);
-
-        let mut n_rejected =
-            plan.n_rejected + soups.iter().map(|soup| soup.n_rejected).sum::<usize>();
-        let trees: Vec<Tree> = soups
-            .into_par_iter()
-            .map(|soup| build_tree(soup, options.quality))
-            .collect();
+        let Plan {
+            forest,
+            placed,
+            mut n_rejected,
+        } = Plan::new(geometries, placements, options.quality);
+        let is_plain = |(part, placement): &(PartTrees, Option<u32>)| {
+            let moves = placement.is_some_and(|i| placements[i as usize].keys().len() > 1);
+            part.kind == Kind::Triangles && part.visibility == Visibility::ALL && !moves
+        };
+        let is_plain = options.specialize && placed.iter().all(is_plain);
+        let is_single = is_plain && matches!(placed[..], [(_, None)]);
         let top =
-            (!plan.shared.is_empty()).then(|| Top::new(&plan, placements, &trees, options.quality));
+            (!is_single).then(|| Top::new(&placed, placements, &forest, is_plain, options.quality));
         n_rejected += top.as_ref().map_or(0, |top| top.n_rejected);
         let bounds = match &top {
             Some(top) => top.nodes[0].bounds(),
-            None => trees[0].nodes[0].bounds(),
+            None => forest.triangles[0].nodes[0].bounds(),
         };
         Self {
             isa: Isa::detect(options.simd),
-            trees,
+            forest,
             top,
             bounds,
             n_rejected,
         }
     }
 
-    /// The nearest hit; of equally near ones that of the lowest instance, then triangle.
+    /// The nearest hit; of equally near ones that of the lowest instance, then primitive.
     ///
     /// A ray that holds a NaN, starts nowhere or has no direction hits nothing.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.intersect_filtered(ray, |_| true)
+        self.intersect_kept(ray, KeepAll)
     }
 
     /// Whether anything is hit.
     #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
-        self.occluded_filtered(ray, |_| true)
+        self.occluded_kept(ray, KeepAll)
     }
 
     /// The nearest hit that `keep` accepts (cut-outs). `keep` must answer alike for equal hits; it
     /// is asked for some of the hits, in any order, and may be asked again for the same one.
     #[inline]
-    pub fn intersect_filtered(&self, ray: &Ray, mut keep: impl FnMut(&Hit) -> bool) -> Option<Hit> {
-        if !ray.is_valid() {
-            return None;
-        }
-        if ray.has_extreme_dir() {
-            return self.intersect_extreme(ray, &mut keep);
-        }
-        self.isa.closest(self.scene(), ray, keep)
+    pub fn intersect_filtered(&self, ray: &Ray, keep: impl FnMut(&Hit) -> bool) -> Option<Hit> {
+        self.intersect_kept(ray, keep)
     }
 
     /// Whether any hit is accepted by `keep`, which is asked as in [`Self::intersect_filtered`].
     #[inline]
-    pub fn occluded_filtered(&self, ray: &Ray, mut keep: impl FnMut(&Hit) -> bool) -> bool {
+    pub fn occluded_filtered(&self, ray: &Ray, keep: impl FnMut(&Hit) -> bool) -> bool {
+        self.occluded_kept(ray, keep)
+    }
+
+    #[inline(always)]
+    fn intersect_kept(&self, ray: &Ray, mut keep: impl Keep) -> Option<Hit> {
+        if !ray.is_valid() {
+            return None;
+        }
+        if ray.has_extreme_dir() {
+            return self.intersect_extreme(ray, &mut |hit| keep.keep(hit));
+        }
+        self.isa.closest(self.scene(), ray, keep)
+    }
+
+    #[inline(always)]
+    fn occluded_kept(&self, ray: &Ray, mut keep: impl Keep) -> bool {
         if !ray.is_valid() {
             return false;
         }
         if ray.has_extreme_dir() {
-            return self.intersect_extreme(ray, &mut keep).is_some();
+            return self
+                .intersect_extreme(ray, &mut |hit| keep.keep(hit))
+                .is_some();
         }
         self.isa.occluded(self.scene(), ray, keep)
     }
 
-    /// A box around everything that can be hit, larger than the tightest by a few ulps.
+    /// A box around everything that can be hit, at any time, larger than the tightest by a few ulps.
     pub fn bounds(&self) -> Bounds3 {
         self.bounds
     }
 
-    /// Triangles and placements that the build left out.
+    /// Primitives and placements that the build left out, but for those that no ray sees.
     pub fn n_rejected(&self) -> usize {
         self.n_rejected
     }
 
-    /// Memory of nodes, triangles and instances.
+    /// Memory of nodes, primitives and instances.
     pub fn n_bytes(&self) -> usize {
-        let trees = self.trees.iter().map(Tree::n_bytes).sum::<usize>();
-        let top = self
-            .top
-            .iter()
-            .map(|top| size_of_val(top.nodes.as_slice()) + size_of_val(top.instances.as_slice()));
-        trees + top.sum::<usize>()
+        let top = self.top.as_ref().map_or(0, |top| {
+            size_of_val(top.nodes.as_slice())
+                + size_of_val(top.instances.as_slice())
+                + top
+                    .parts
+                    .as_ref()
+                    .map_or(0, |parts| size_of_val(parts.as_slice()))
+        });
+        self.forest.n_bytes() + top
     }
 
     #[inline(always)]
     fn scene(&self) -> Scene<'_> {
         match &self.top {
-            None => Scene::Single(&self.trees[0]),
-            Some(top) => Scene::TwoLevel {
-                top: &top.nodes,
-                instances: &top.instances,
-                trees: &self.trees,
+            None => Scene::Single(&self.forest.triangles[0]),
+            Some(top) => match &top.parts {
+                None => Scene::Instanced {
+                    top: &top.nodes,
+                    instances: &top.instances,
+                    trees: &self.forest.triangles,
+                },
+                Some(parts) => Scene::General {
+                    top: &top.nodes,
+                    instances: &top.instances,
+                    parts,
+                    forest: &self.forest,
+                },
             },
         }
     }
@@ -172,146 +184,49 @@ impl Accel {
     }
 }
 
-/// Which geometries are baked, which shared.
-struct Plan {
-    /// Placements whose geometry is placed nowhere else.
-    baked: Vec<u32>,
-    /// Placements of shared geometries, with the index of their tree.
-    instanced: Vec<(u32, u32)>,
-    /// Geometries that get a tree of their own.
-    shared: Vec<usize>,
-    n_rejected: usize,
-}
-
-impl Plan {
-    fn new(geometries: &[Geometry<'_>], placements: &[Placement]) -> Self {
-        let mut plan = Self {
-            baked: Vec::new(),
-            instanced: Vec::new(),
-            shared: Vec::new(),
-            n_rejected: 0,
-        };
-        let mut n_placed = vec![0_u32; geometries.len()];
-        let is_valid = |placement: &Placement| {
-            (placement.geometry as usize) < geometries.len()
-                && has_inverse(&placement.world_from_geometry)
-        };
-        for placement in placements {
-            if is_valid(placement) {
-                n_placed[placement.geometry as usize] += 1;
-            } else {
-                plan.n_rejected += 1;
-            }
-        }
-        let mut tree_of = vec![None; geometries.len()];
-        for (index, placement) in placements.iter().enumerate() {
-            if !is_valid(placement) {
-                continue;
-            }
-            let geometry = placement.geometry as usize;
-            if n_placed[geometry] == 1
-                && keeps_shape(&geometries[geometry], &placement.world_from_geometry)
-            {
-                plan.baked.push(index as u32);
-                continue;
-            }
-            let tree = *tree_of[geometry].get_or_insert_with(|| {
-                plan.shared.push(geometry);
-                plan.shared.len() as u32 - 1
-            });
-            plan.instanced.push((index as u32, tree));
-        }
-        plan
-    }
-}
-
-/// Whether a ray can be taken into the geometry's space and keeps some digits there.
-fn has_inverse(world_from_geometry: &DAffine3) -> bool {
-    const MAX_STRETCH: f64 = 1e12;
-    let matrix = world_from_geometry.matrix3;
-    let inverse = matrix.inverse();
-    let largest = |m: DMat3| {
-        m.to_cols_array()
-            .into_iter()
-            .map(f64::abs)
-            .fold(0.0, f64::max)
-    };
-    world_from_geometry.is_finite()
-        && inverse.is_finite()
-        && world_from_geometry.inverse().is_finite()
-        && largest(matrix) * largest(inverse) <= MAX_STRETCH
-}
-
-/// Whether the geometry keeps 14 bits across its width when its positions are rounded in engine
-/// space; further from the origin it is more accurate, if slower, as an instance.
-fn keeps_shape(geometry: &Geometry<'_>, world_from_geometry: &DAffine3) -> bool {
-    const MAX_DISTANCE_IN_WIDTHS: f64 = 1024.0;
-    if *world_from_geometry == DAffine3::IDENTITY {
-        return true;
-    }
-    let bounds = Bounds3::from_points(
-        geometry
-            .meshes
-            .iter()
-            .flat_map(|(positions, _)| positions.iter().copied().map(Vec3::from_array))
-            .filter(|p| p.is_finite()),
-    );
-    if bounds.is_empty() {
-        return true;
-    }
-    let center = world_from_geometry.transform_point3(bounds.center().as_dvec3());
-    let half: DVec3 = 0.5 * bounds.diagonal().as_dvec3();
-    let width = (world_from_geometry.matrix3 * half).length();
-    center.abs().max_element() <= MAX_DISTANCE_IN_WIDTHS * width
-}
-
 impl Top {
-    fn new(plan: &Plan, placements: &[Placement], trees: &[Tree], quality: Quality) -> Self {
-        let baked_tree = trees.len() - 1;
-        let ball_around = |tree: usize| {
-            let bounds = trees[tree].nodes[0].bounds();
-            let radius = 0.5 * bounds.diagonal().as_dvec3().length();
-            (bounds.center().as_dvec3(), radius)
-        };
-        let (center, radius) = ball_around(baked_tree);
-        let baked = Instance {
-            tree: baked_tree as u32,
-            id_base: 0,
-            geometry_from_world: None,
-            center,
-            radius,
-        };
-        let placed = plan.instanced.iter().map(|&(index, tree)| {
-            let world_from_geometry = placements[index as usize].world_from_geometry;
-            let (center, radius) = ball_around(tree as usize);
-            let instance = Instance {
-                tree,
-                id_base: index,
-                geometry_from_world: Some(world_from_geometry.inverse()),
-                center,
-                radius,
-            };
-            (instance, world_from_geometry)
-        });
+    fn new(
+        placed: &[(PartTrees, Option<u32>)],
+        placements: &[Placement],
+        forest: &Forest,
+        is_plain: bool,
+        quality: Quality,
+    ) -> Self {
         let mut top = Self {
             nodes: Vec::new(),
             instances: Vec::new(),
+            parts: None,
             n_rejected: 0,
         };
         let mut boxes = Vec::new();
-        for (instance, world_from_geometry) in placed.chain([(baked, DAffine3::IDENTITY)]) {
-            let tree = &trees[instance.tree as usize];
-            if tree.n_triangles == 0 {
+        let mut parts = Vec::new();
+        for (part, placement) in placed {
+            let part_boxes = forest.boxes(part);
+            if part_boxes.is_empty() {
                 continue;
             }
-            if let Some(bounds) = instance_bounds(tree, &world_from_geometry) {
-                boxes.push(bounds);
-                top.instances.push(instance);
-            } else {
+            let placement_keys =
+                placement.map_or(&[DAffine3::IDENTITY][..], |i| placements[i as usize].keys());
+            let Some(bounds) = instance_bounds(&part_boxes, placement_keys) else {
                 top.n_rejected += 1;
-            }
+                continue;
+            };
+            boxes.push(bounds);
+            let is_in_world = placement_keys == [DAffine3::IDENTITY];
+            top.instances.push(Instance {
+                tree: part.first,
+                id_base: placement.unwrap_or(0),
+                geometry_from_world: (!is_in_world).then(|| placement_keys[0].inverse()),
+            });
+            parts.push(Part {
+                kind: part.kind,
+                n_keys: part.n_keys,
+                visibility: part.visibility,
+                world_from_geometry: (placement_keys.len() > 1).then(|| placement_keys.into()),
+            });
         }
         top.nodes = build_top(&boxes, quality, STACK_CAPACITY);
+        top.parts = (!is_plain).then_some(parts);
         top
     }
 }

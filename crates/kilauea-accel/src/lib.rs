@@ -1,18 +1,20 @@
-//! Ray acceleration: trees over triangles and instances, and the kernels that walk them.
+//! Ray acceleration: trees over triangles, spheres, curves and instances, still or moving, and the
+//! kernels that walk them.
 //!
 //! `obvhs` builds binary trees; this crate turns them into nodes of eight boxes and leaves of four
 //! triangles and traces them with its own kernels, AVX2 where the processor has it. Both kernels
-//! give the same hits, bit for bit: which hit wins depends on distance, instance and triangle
-//! alone. So do any two trees over the same triangles, but for lines that pass a silhouette so
+//! give the same hits, bit for bit: which hit wins depends on distance, instance and primitive
+//! alone. So do any two trees over the same primitives, but for lines that pass a silhouette so
 //! close that rounding decides.
 //!
 //! ```
-//! use kilauea_accel::{Accel, BuildOptions, Geometry, Placement, Ray};
+//! use kilauea_accel::{Accel, BuildOptions, Geometry, Mesh, Placement, Ray};
 //! use kilauea_math::{DAffine3, Vec3};
 //!
 //! let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-//! let geometry = Geometry { meshes: vec![(&positions, &[[0, 1, 2]])] };
-//! let placement = Placement { geometry: 0, world_from_geometry: DAffine3::IDENTITY };
+//! let mesh = Mesh::still(&positions, &[[0, 1, 2]]);
+//! let geometry = Geometry { meshes: vec![mesh], ..Geometry::default() };
+//! let placement = Placement::still(0, DAffine3::IDENTITY);
 //! let accel = Accel::build(&[geometry], &[placement], &BuildOptions::default());
 //!
 //! let hit = accel.intersect(&Ray::new(Vec3::new(0.25, 0.5, 1.0), Vec3::NEG_Z)).expect("a hit");
@@ -20,15 +22,23 @@
 //! ```
 
 mod accel;
+mod block;
 mod build;
+mod forest;
 mod geometry;
+mod motion;
 mod node;
+mod primitive;
 mod ray;
 mod spawn;
 mod traverse;
 mod validate;
+mod visibility;
 
 pub use accel::Accel;
-pub use geometry::{BuildOptions, Geometry, MeshSlices, Placement, Quality};
+pub use geometry::{
+    BuildOptions, CurveBasis, CurveProfile, Curves, Geometry, Mesh, Placement, Quality, Spheres,
+};
 pub use ray::{Hit, Ray};
 pub use spawn::{PlacementError, SurfacePoint, offset_origin};
+pub use visibility::Visibility;

@@ -1,7 +1,9 @@
 //! The tree as the kernels read it.
 
+use crate::motion::lerp;
 use crate::ray::Hit;
 use kilauea_math::{Bounds3, Vec3};
+use std::ops::Deref;
 
 /// Marks a child link as a leaf block (or an instance, in the top tree).
 pub(crate) const LEAF: u32 = 1 << 31;
@@ -61,31 +63,94 @@ impl Node8 {
     }
 }
 
-/// Four triangles, one lane each; unused lanes hold NaN, which no test accepts.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(crate) struct Leaf4 {
-    /// Positions by vertex, axis, lane.
-    pub(crate) v: [[[f32; 4]; 3]; 3],
-    /// Triangle within its geometry.
-    pub(crate) triangle: [u32; 4],
-    /// Placement, for triangles baked into engine space; otherwise zero.
-    pub(crate) instance: [u32; 4],
-    /// Bound on the error of a kernel's unnormalised distance to any of the triangles: `[0]` times
-    /// the distance of the first corner along the ray, plus `[1]`.
-    pub(crate) error: [f32; 2],
-    /// Rounds the block up to three cache lines.
-    pub(crate) unused: [u32; 2],
+/// Nodes that a walk can go through.
+pub(crate) trait WalkNode: Sized {
+    /// The node at a moment.
+    type Still<'a>: Deref<Target = Node8>
+    where
+        Self: 'a;
+
+    /// The node at a fraction of the interval between two motion keys.
+    fn at(&self, fraction: f32) -> Self::Still<'_>;
+
+    /// The nodes of a tree whose links are those of `nodes`; `leaf_boxes` gives the boxes around a
+    /// leaf at both ends of the interval.
+    fn over(nodes: Vec<Node8>, leaf_boxes: impl Fn(usize) -> [Bounds3; 2]) -> Vec<Self>;
 }
 
-impl Leaf4 {
+impl WalkNode for Node8 {
+    type Still<'a> = &'a Self;
+
+    #[inline(always)]
+    fn at(&self, _fraction: f32) -> &Self {
+        self
+    }
+
+    fn over(nodes: Vec<Self>, _leaf_boxes: impl Fn(usize) -> [Bounds3; 2]) -> Vec<Self> {
+        nodes
+    }
+}
+
+/// Four pairs of triangles that share an edge. Corners a to d of a pair make the triangles (a, b, c)
+/// and (a, c, d); the first of a pair has the lane of the pair, the second that lane plus four.
+/// Corners that a lane does not have are NaN, which no test accepts.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+pub(crate) struct PairLeaf {
+    /// Positions by axis, corner, lane of the pair: each row of four is followed by that of the
+    /// next corner, so that one load of eight gives a corner of all eight triangles.
+    pub(crate) corners: [[[f32; 4]; 4]; 3],
+    /// Triangle within its geometry, by lane.
+    pub(crate) triangle: [u32; 8],
+    /// Placement, for triangles baked into engine space; otherwise zero. By lane of the pair.
+    pub(crate) instance: [u32; 4],
+    /// For bounds on the rounding errors of a kernel: `[1]` is the length L of the longest edge;
+    /// edge functions are off by less than `[0]` times the distance of the first corner plus 3 L,
+    /// distances times their sum by less than 6 L times that.
+    pub(crate) error: [f32; 2],
+    /// The order of a triangle's corners, by lane: an index into [`CORNER_ORDERS`].
+    pub(crate) order: [u8; 8],
+}
+
+impl PairLeaf {
     pub(crate) const NONE: Self = Self {
-        v: [[[f32::NAN; 4]; 3]; 3],
-        triangle: [u32::MAX; 4],
+        corners: [[[f32::NAN; 4]; 4]; 3],
+        triangle: [u32::MAX; 8],
         instance: [0; 4],
         error: [0.0; 2],
-        unused: [0; 2],
+        order: [0; 8],
     };
+
+    /// The leaf between this one and `last`, which holds the same triangles.
+    #[inline(always)]
+    pub(crate) fn between(&self, last: &Self, fraction: f32) -> Self {
+        let mut leaf = *self;
+        for axis in 0..3 {
+            for corner in 0..4 {
+                for lane in 0..4 {
+                    let first = self.corners[axis][corner][lane];
+                    leaf.corners[axis][corner][lane] =
+                        lerp(first, last.corners[axis][corner][lane], fraction);
+                }
+            }
+        }
+        leaf
+    }
+
+    /// The lanes with a triangle.
+    pub(crate) fn used_lanes(&self) -> impl Iterator<Item = usize> {
+        (0..8).filter(|&lane| self.triangle[lane] != u32::MAX)
+    }
+
+    /// A lane's triangle as the tests of single triangles read it.
+    #[inline(always)]
+    pub(crate) fn lane(&self, lane: usize) -> LeafTriangle<'_> {
+        LeafTriangle {
+            corners: &self.corners,
+            pair: lane & 3,
+            rows: CORNER_ORDERS[(self.order[lane & 7] & 7) as usize],
+        }
+    }
 
     /// The hit of a lane, for the tree of `id_base`.
     #[inline(always)]
@@ -94,9 +159,43 @@ impl Leaf4 {
             t,
             u,
             v,
-            triangle: self.triangle[lane],
-            instance: id_base + self.instance[lane],
+            primitive: self.triangle[lane],
+            instance: id_base + self.instance[lane & 3],
         }
+    }
+}
+
+/// Rows of a triangle's corners in its own order: three turns of (a, b, c), then of (a, c, d).
+/// Padded to eight so that no index needs a check.
+const CORNER_ORDERS: [[u8; 3]; 8] = [
+    [0, 1, 2],
+    [1, 2, 0],
+    [2, 0, 1],
+    [0, 2, 3],
+    [2, 3, 0],
+    [3, 0, 2],
+    [0; 3],
+    [0; 3],
+];
+
+/// One triangle of a leaf.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LeafTriangle<'a> {
+    corners: &'a [[[f32; 4]; 4]; 3],
+    pair: usize,
+    rows: [u8; 3],
+}
+
+impl LeafTriangle<'_> {
+    /// A coordinate of a corner, in the triangle's own order.
+    #[inline(always)]
+    pub(crate) fn coordinate(&self, corner: usize, axis: usize) -> f32 {
+        self.corners[axis][(self.rows[corner] & 3) as usize][self.pair & 3]
+    }
+
+    /// The corners in the triangle's own order.
+    pub(crate) fn corners(&self) -> [[f32; 3]; 3] {
+        [0, 1, 2].map(|corner| [0, 1, 2].map(|axis| self.coordinate(corner, axis)))
     }
 }
 
@@ -104,7 +203,7 @@ impl Leaf4 {
 #[derive(Clone, Debug)]
 pub(crate) struct Tree {
     pub(crate) nodes: Vec<Node8>,
-    pub(crate) leaves: Vec<Leaf4>,
+    pub(crate) leaves: Vec<PairLeaf>,
     /// Triangles that leaves hold at least once.
     pub(crate) n_triangles: usize,
 }
@@ -115,4 +214,4 @@ impl Tree {
     }
 }
 
-const _: () = assert!(size_of::<Node8>() == 256 && size_of::<Leaf4>() == 192);
+const _: () = assert!(size_of::<Node8>() == 256 && size_of::<PairLeaf>() == 256);

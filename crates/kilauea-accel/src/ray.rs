@@ -1,3 +1,4 @@
+use crate::visibility::Visibility;
 use kilauea_math::Vec3;
 
 /// A half-open segment of a line: the points `origin + t * dir` with `t_min < t <= t_max`.
@@ -11,10 +12,14 @@ pub struct Ray {
     pub t_min: f32,
     /// Inclusive upper end; may be infinite.
     pub t_max: f32,
+    /// When, in [0, 1] over the shutter.
+    pub time: f32,
+    /// Of which kinds it is.
+    pub visibility: Visibility,
 }
 
 impl Ray {
-    /// The whole half line from `origin`.
+    /// The whole half line from `origin`, as the shutter opens, that meets everything.
     #[inline]
     pub fn new(origin: Vec3, dir: Vec3) -> Self {
         Self {
@@ -22,6 +27,8 @@ impl Ray {
             dir,
             t_min: 0.0,
             t_max: f32::INFINITY,
+            time: 0.0,
+            visibility: Visibility::ALL,
         }
     }
 
@@ -39,6 +46,7 @@ impl Ray {
             && self.dir != Vec3::ZERO
             && self.t_min.max(0.0) < self.t_max
             && !self.t_min.is_nan()
+            && !self.time.is_nan()
     }
 
     /// Whether the direction is too long or short for reciprocals and shears in `f32`.
@@ -56,33 +64,36 @@ impl Ray {
             dir: (self.dir.as_dvec3() * factor).as_vec3(),
             t_min: (f64::from(self.t_min) / factor) as f32,
             t_max: (f64::from(self.t_max) / factor) as f32,
+            ..*self
         };
         (scaled, factor)
     }
 }
 
-/// Where a ray meets a triangle.
+/// Where a ray meets a primitive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Distance in lengths of the ray's direction.
     pub t: f32,
-    /// Barycentric weight of the triangle's second vertex.
+    /// Barycentric weight of a triangle's second vertex; along a curve's segment, in [0, 1]; zero
+    /// on spheres.
     pub u: f32,
-    /// Barycentric weight of the triangle's third vertex.
+    /// Barycentric weight of a triangle's third vertex; across a ribbon, in [0, 1], with 0.5 on its
+    /// axis; zero on spheres and round curves.
     pub v: f32,
-    /// Triangle within its geometry, counted through the meshes in order.
-    pub triangle: u32,
+    /// Primitive within its geometry, counted as in [`crate::Geometry`].
+    pub primitive: u32,
     /// Index of the placement.
     pub instance: u32,
 }
 
 impl Hit {
-    /// The order in which hits win: nearest, then lowest instance, then lowest triangle.
+    /// The order in which hits win: nearest, then lowest instance, then lowest primitive.
     #[inline(always)]
     pub(crate) fn wins_over(&self, other: &Self) -> bool {
         self.t < other.t
             || (self.t == other.t
-                && (self.instance, self.triangle) < (other.instance, other.triangle))
+                && (self.instance, self.primitive) < (other.instance, other.primitive))
     }
 }
 

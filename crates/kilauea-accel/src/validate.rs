@@ -1,30 +1,85 @@
 use crate::accel::Accel;
-use crate::node::{LEAF, Leaf4, Node8, STACK_CAPACITY, Tree};
+use crate::block::{Block, BlockTree};
+use crate::forest::Kind;
+use crate::motion::lerp;
+use crate::node::{LEAF, Node8, PairLeaf, STACK_CAPACITY, Tree, WalkNode};
+use crate::traverse::Part;
 use std::collections::BTreeSet;
 
 impl Accel {
     /// Checks what the walks rely on: links in range, every node and leaf reached once, boxes
-    /// inside their parents' and around (parts of) their triangles, no triangle lost, and a stack
+    /// inside their parents' and around (parts of) their primitives, none of those lost, and a stack
     /// that suffices. For tests; costs as much as a build.
     ///
     /// # Errors
     /// Says which node of which tree is wrong and how.
     pub fn validate(&self) -> Result<(), String> {
-        for (index, tree) in self.trees.iter().enumerate() {
-            check_tree(tree).map_err(|error| format!("tree {index}: {error}"))?;
+        let forest = &self.forest;
+        for (index, tree) in forest.triangles.iter().enumerate() {
+            check_tree(tree).map_err(|error| format!("triangle tree {index}: {error}"))?;
         }
+        check_block_trees(&forest.moving_triangles).map_err(|e| format!("moving {e}"))?;
+        check_block_trees(&forest.spheres).map_err(|e| format!("sphere {e}"))?;
+        check_block_trees(&forest.moving_spheres).map_err(|e| format!("moving sphere {e}"))?;
+        check_block_trees(&forest.curves).map_err(|e| format!("curve {e}"))?;
+        check_block_trees(&forest.moving_curves).map_err(|e| format!("moving curve {e}"))?;
         let Some(top) = &self.top else {
             return Ok(());
         };
-        if let Some(bad) = top
-            .instances
-            .iter()
-            .find(|instance| instance.tree as usize >= self.trees.len())
-        {
-            return Err(format!("top: no tree {}", bad.tree));
+        let n_intervals = |part: &Part| part.n_keys.max(2) as usize - 1;
+        for (index, instance) in top.instances.iter().enumerate() {
+            let part = top.parts.as_ref().map(|parts| &parts[index]);
+            let n_trees = match part.map_or(Kind::Triangles, |part| part.kind) {
+                Kind::Triangles => forest.triangles.len(),
+                Kind::MovingTriangles => forest.moving_triangles.len(),
+                Kind::Spheres => forest.spheres.len(),
+                Kind::MovingSpheres => forest.moving_spheres.len(),
+                Kind::Curves => forest.curves.len(),
+                Kind::MovingCurves => forest.moving_curves.len(),
+            };
+            if instance.tree as usize + part.map_or(1, n_intervals) > n_trees {
+                return Err(format!("top: no tree {}", instance.tree));
+            }
         }
         check_nodes(&top.nodes, top.instances.len(), |_, _, _| Ok(()))
             .map_err(|error| format!("top: {error}"))
+    }
+}
+
+/// Checks the trees at the beginning, within and at the end of their intervals.
+fn check_block_trees<B: Block>(trees: &[BlockTree<B>]) -> Result<(), String> {
+    for (index, tree) in trees.iter().enumerate() {
+        for fraction in [0.0, 0.3, 1.0] {
+            check_block_tree(tree, fraction).map_err(|error| format!("tree {index}: {error}"))?;
+        }
+    }
+    Ok(())
+}
+
+fn check_block_tree<B: Block>(tree: &BlockTree<B>, fraction: f32) -> Result<(), String> {
+    let nodes: Vec<Node8> = tree.nodes.iter().map(|node| *node.at(fraction)).collect();
+    let mut seen = BTreeSet::new();
+    check_nodes(&nodes, tree.leaves.len(), |leaf, low, high| {
+        for (primitive, [first, last]) in tree.leaves[leaf].primitives(&tree.store) {
+            seen.insert(primitive);
+            let is_inside = (0..3).all(|axis| {
+                low[axis] <= lerp(first.min[axis], last.min[axis], fraction)
+                    && high[axis] >= lerp(first.max[axis], last.max[axis], fraction)
+            });
+            if !is_inside {
+                return Err(format!("primitive {primitive} leaves its box"));
+            }
+        }
+        Ok(())
+    })?;
+    if seen.len() == tree.n_primitives {
+        Ok(())
+    } else {
+        Err(format!(
+            "{} of {} primitives",
+            seen.len(),
+            tree.n_primitives
+        ))
     }
 }
 
@@ -32,9 +87,10 @@ fn check_tree(tree: &Tree) -> Result<(), String> {
     let mut seen = BTreeSet::new();
     check_nodes(&tree.nodes, tree.leaves.len(), |leaf, low, high| {
         let leaf = &tree.leaves[leaf];
-        for lane in (0..4).filter(|&lane| leaf.triangle[lane] != u32::MAX) {
-            seen.insert((leaf.instance[lane], leaf.triangle[lane]));
-            if !overlaps(leaf, lane, low, high) {
+        for lane in leaf.used_lanes() {
+            seen.insert((leaf.instance[lane & 3], leaf.triangle[lane]));
+            // A part of a pair brings all of it.
+            if !overlaps(leaf, lane, low, high) && !overlaps(leaf, lane ^ 4, low, high) {
                 return Err(format!("triangle {} outside its leaf", leaf.triangle[lane]));
             }
         }
@@ -100,11 +156,12 @@ fn check_nodes(
 }
 
 /// Whether the bounds of a triangle touch the box.
-fn overlaps(leaf: &Leaf4, lane: usize, low: [f32; 3], high: [f32; 3]) -> bool {
+fn overlaps(leaf: &PairLeaf, lane: usize, low: [f32; 3], high: [f32; 3]) -> bool {
+    let corners = leaf.lane(lane).corners();
     (0..3).all(|axis| {
-        let corners = [0, 1, 2].map(|vertex| leaf.v[vertex][axis][lane]);
-        let least = corners.into_iter().fold(f32::INFINITY, f32::min);
-        let most = corners.into_iter().fold(f32::NEG_INFINITY, f32::max);
+        let along = corners.map(|corner| corner[axis]);
+        let least = along.into_iter().fold(f32::INFINITY, f32::min);
+        let most = along.into_iter().fold(f32::NEG_INFINITY, f32::max);
         least <= high[axis] && most >= low[axis]
     })
 }

@@ -12,7 +12,10 @@ fn nothing_is_hit_in_nothing() {
         Builds::new(&[], &[]),
         Builds::new(&[], &[placed(0, DAffine3::IDENTITY)]),
         Builds::new(&[Geometry::default()], &[placed(0, DAffine3::IDENTITY)]),
-        Builds::new(&[Geometry::default()], &[placed(0, DAffine3::IDENTITY); 3]),
+        Builds::new(
+            &[Geometry::default()],
+            &[0; 3].map(|_| placed(0, DAffine3::IDENTITY)),
+        ),
         Builds::new(&[soup(9, 1.0, 0).geometry()], &[]),
     ] {
         assert_eq!(builds.intersect(&Ray::new(Vec3::ZERO, Vec3::X)), None);
@@ -33,14 +36,15 @@ fn invalid_triangles_are_counted_and_keep_their_number() {
     let second = soup(3, 1e-3, 0).moved(Vec3::splat(9.0));
     let geometry = Geometry {
         meshes: vec![
-            (&second.positions, &second.indices),
-            (&mesh.positions, &mesh.indices),
+            kilauea_accel::Mesh::still(&second.positions, &second.indices),
+            kilauea_accel::Mesh::still(&mesh.positions, &mesh.indices),
         ],
+        ..Geometry::default()
     };
     let builds = Builds::new(&[geometry], &[placed(0, DAffine3::IDENTITY)]);
     assert!(builds.0.iter().all(|accel| accel.n_rejected() == 6));
     let hit = builds.intersect(&Ray::new(Vec3::new(0.2, 0.2, 1.0), Vec3::NEG_Z));
-    assert_eq!(hit.map(|hit| hit.triangle), Some(9));
+    assert_eq!(hit.map(|hit| hit.primitive), Some(9));
 }
 
 #[test]
@@ -166,7 +170,7 @@ fn filters_choose_among_all_hits() {
         let keep = |triangle: u32| triangle % 7 == 3;
         let mut expected = builds.intersect(&ray);
         while let Some(hit) = expected
-            && !keep(hit.triangle)
+            && !keep(hit.primitive)
         {
             expected = builds.intersect(&Ray {
                 t_min: hit.t,
@@ -174,9 +178,9 @@ fn filters_choose_among_all_hits() {
             });
         }
         for accel in &builds.0 {
-            let found = accel.intersect_filtered(&ray, |hit| keep(hit.triangle));
+            let found = accel.intersect_filtered(&ray, |hit| keep(hit.primitive));
             assert_eq!(found, expected, "{ray:?}");
-            let occluded = accel.occluded_filtered(&ray, |hit| keep(hit.triangle));
+            let occluded = accel.occluded_filtered(&ray, |hit| keep(hit.primitive));
             assert_eq!(occluded, expected.is_some(), "{ray:?}");
         }
     }
@@ -226,6 +230,7 @@ fn wild_numbers_do_not_panic() {
                 dir: Vec3::new(wild(1.0), wild(1.0), wild(1.0)),
                 t_min: wild(1.0),
                 t_max: wild(9.0),
+                ..Ray::new(Vec3::ZERO, Vec3::X)
             };
             for accel in &builds.0 {
                 let hit = accel.intersect(&ray);
@@ -233,8 +238,9 @@ fn wild_numbers_do_not_panic() {
                 assert!(hit.is_none_or(|hit| (0.0..=1.0).contains(&hit.u)));
                 accel.occluded(&ray);
             }
-            for pair in builds.0.chunks(2) {
+            for pair in builds.0.chunks(3) {
                 assert_eq!(pair[0].intersect(&ray), pair[1].intersect(&ray), "{ray:?}");
+                assert_eq!(pair[0].intersect(&ray), pair[2].intersect(&ray), "{ray:?}");
             }
         }
     }
@@ -283,12 +289,10 @@ fn wild_indices_and_matrices_do_not_panic() {
         for seed in 0..50 {
             let mut random = Random(seed << 8);
             let ray = Ray::new(3.0 * random.point(), random.point());
-            for pair in builds.0.chunks(2) {
-                assert_eq!(
-                    pair[0].intersect(&ray),
-                    pair[1].intersect(&ray),
-                    "{ray:?} {placements:?}"
-                );
+            for builds in builds.0.chunks(3) {
+                let hit = builds[0].intersect(&ray);
+                let agree = builds.iter().all(|accel| accel.intersect(&ray) == hit);
+                assert!(agree, "{ray:?} {placements:?}");
             }
         }
     }

@@ -67,7 +67,7 @@ fn instances_equal_baked_geometry() {
         let same_place = |a: Hit, b: Hit| {
             (a.t - b.t).abs() <= 1e-6 * a.t
                 && (a.u - b.u).abs().max((a.v - b.v).abs()) < 1e-5
-                && (a.instance, a.triangle) == (b.instance, b.triangle)
+                && (a.instance, a.primitive) == (b.instance, b.primitive)
         };
         assert_eq!(a.is_some(), b.is_some(), "{ray:?}");
         if let (Some(a), Some(b)) = (a, b) {

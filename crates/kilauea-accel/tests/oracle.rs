@@ -22,7 +22,7 @@ fn check_hit(mesh: &Mesh, ray: &Ray, hit: Option<Hit>) {
     let range = f64::from(ray.t_min.max(0.0))..f64::from(ray.t_max);
     let t_hit = hit.map_or(range.end, |hit| f64::from(hit.t));
     if let Some(hit) = hit {
-        let corners = mesh.corners(hit.triangle);
+        let corners = mesh.corners(hit.primitive);
         let (t, least_weight) = meet(ray, corners);
         assert!(
             least_weight > -SLACK,
@@ -131,7 +131,7 @@ fn equal_distances_go_to_the_lowest_triangle() {
                     inside(a, b) && inside(b, c) && inside(c, a)
                 };
                 let lowest = (0..grid.indices.len() as u32).find(touches);
-                assert_eq!((hit.t, Some(hit.triangle)), (0.5, lowest), "{p}");
+                assert_eq!((hit.t, Some(hit.primitive)), (0.5, lowest), "{p}");
             }
         }
     }

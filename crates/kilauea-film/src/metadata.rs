@@ -165,6 +165,8 @@ pub(crate) mod tests {
                 [1.0, 0.0, 0.0, 0.0],
                 [10.0, 20.0, 30.0, 1.0],
             ]),
+            later_world_from_camera: Vec::new(),
+            shutter: [0.0; 2],
             projection,
             screen_window: [-0.5, -0.25, 1.5, 0.75],
             lens_radius: 0.0,

@@ -8,7 +8,7 @@ use kilauea_mesh::{
     AssembleOptions, BoundaryInterpolation, FaceVaryingRule, Payloads, PolyMesh, Primvar,
     PrimvarInterpolation, Scheme, Subdivision, TriangleRule, assemble,
 };
-use kilauea_scene::{Camera, Material, Projection};
+use kilauea_scene::{Camera, Material, Projection, Visibility};
 
 /// `n` by `n` cells of wavy ground, as quads or triangles.
 struct Ground {
@@ -67,6 +67,8 @@ impl Ground {
             subdivision: None,
             material: 0,
             subsets: Vec::new(),
+            later_keys: Vec::new(),
+            visibility: Visibility::ALL,
         }
     }
 
@@ -115,6 +117,8 @@ fn measure(name: &str, meshes: Vec<PolyMesh<'_>>) {
         prototypes: vec![String::new()],
         meshes,
         implicits: Vec::new(),
+        curves: Vec::new(),
+        points: Vec::new(),
         instances: Vec::new(),
         materials: vec![Material {
             path: "/material".into(),
@@ -127,6 +131,8 @@ fn measure(name: &str, meshes: Vec<PolyMesh<'_>>) {
         camera: Camera {
             path: "/camera".into(),
             world_from_camera: DMat4::IDENTITY,
+            later_world_from_camera: Vec::new(),
+            shutter: [0.0; 2],
             projection: Projection::Perspective,
             screen_window: [-0.5, -0.5, 0.5, 0.5],
             lens_radius: 0.0,

@@ -1,22 +1,24 @@
-use kilauea_math::{DAffine3, DVec3};
-use kilauea_scene::{MeshChunk, Prototype, Scene, SceneError};
+use kilauea_math::DVec3;
+use kilauea_scene::{CurvesChunk, MeshChunk, PointsChunk, Prototype, Scene, SceneError};
 use rayon::prelude::*;
 
-use crate::bounds::{DBounds, is_singular};
 use crate::chunks::{ChunkSettings, build_chunks};
-use crate::implicit::{check_dimensions, implicit_surface, shape_bounds, tessellate};
+use crate::curves::build_curves;
+use crate::implicit::{implicit_surface, tessellate};
 use crate::instancing::{Plan, check_prototype};
-use crate::nearest::{PixelScale, nearest_placements};
 use crate::payload::{ImplicitShape, Payloads, PolyMesh};
-use crate::polygon::{Topology, check_topology, polygon_surface};
+use crate::points::build_points;
+use crate::polygon::{Topology, polygon_surface};
 use crate::report::Report;
+use crate::shape::{Checked, Located, Shape, all_shapes, locate};
+use crate::spaces::Spaces;
 use crate::subdiv::{SizeOnScreen, subdivide};
-use crate::surface::is_placeable;
+use crate::surface::Surface;
 
 /// How [`assemble`] tessellates and splits.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AssembleOptions {
-    /// Triangles in a chunk.
+    /// Triangles, curve segments or points in a chunk.
     pub max_chunk_triangles: usize,
     /// Pixels of the picture: width, height.
     pub resolution: [u32; 2],
@@ -50,7 +52,7 @@ pub struct Assembled {
     pub n_triangles: usize,
 }
 
-/// Makes a scene of triangles from meshes, cages, shapes and instances.
+/// Makes a scene from meshes, cages, shapes, curves, points and instances.
 ///
 /// Prototypes that are placed exactly once become part of what places them. Geometry that does
 /// not make sense is left out with a warning. The result does not depend on the number of threads.
@@ -92,7 +94,7 @@ pub fn assemble(
     }
 
     let spaces = Spaces::new(&plan, &located, &payloads, options);
-    let (chunks, reports): (Vec<Vec<MeshChunk>>, Vec<Report>) = shapes
+    let (chunks, reports): (Vec<Chunks>, Vec<Report>) = shapes
         .par_iter()
         .zip(&located)
         .enumerate()
@@ -100,15 +102,9 @@ pub fn assemble(
         .map(|(prim_idx, (shape, located))| {
             let mut report = Report::default();
             let chunks = located.as_ref().map(|located| {
-                tessellate_shape(
-                    shape,
-                    located,
-                    prim_idx as u32,
-                    &spaces,
-                    &plan,
-                    options,
-                    &mut report,
-                )
+                let settings =
+                    ChunkSettings::new(shape, prim_idx as u32, located, &spaces, &plan, options);
+                build_shape(shape, located, &spaces, options, &settings, &mut report)
             });
             (chunks.unwrap_or_default(), report)
         })
@@ -118,7 +114,7 @@ pub fn assemble(
     }
 
     let roots = located.iter().map(|l| l.as_ref().map(|l| l.root));
-    let placed: Vec<(usize, Vec<MeshChunk>)> = roots
+    let placed: Vec<(usize, Chunks)> = roots
         .zip(chunks)
         .filter_map(|(root, chunks)| Some((root?, chunks)))
         .collect();
@@ -138,239 +134,119 @@ pub fn assemble(
     })
 }
 
-/// A mesh or an implicit shape.
-enum Shape<'p, 'a> {
-    Mesh(&'p PolyMesh<'a>),
-    Implicit(&'p ImplicitShape<'a>),
+/// What a shape becomes.
+#[derive(Default)]
+struct Chunks {
+    meshes: Vec<MeshChunk>,
+    curves: Vec<CurvesChunk>,
+    points: Vec<PointsChunk>,
 }
 
-impl Shape<'_, '_> {
-    fn path(&self) -> &str {
-        match self {
-            Self::Mesh(mesh) => mesh.path,
-            Self::Implicit(shape) => shape.path,
-        }
-    }
-
-    fn prototype(&self) -> u32 {
-        match self {
-            Self::Mesh(mesh) => mesh.prototype,
-            Self::Implicit(shape) => shape.prototype,
-        }
-    }
-
-    fn prototype_from_mesh(&self) -> DAffine3 {
-        match self {
-            Self::Mesh(mesh) => mesh.prototype_from_mesh,
-            Self::Implicit(shape) => shape.prototype_from_mesh,
-        }
-    }
-}
-
-/// Everything that becomes triangles, in the order of primIds.
-fn all_shapes<'p, 'a>(payloads: &'p Payloads<'a>) -> Vec<Shape<'p, 'a>> {
-    let meshes = payloads.meshes.iter().map(Shape::Mesh);
-    meshes
-        .chain(payloads.implicits.iter().map(Shape::Implicit))
-        .collect()
-}
-
-/// A shape that will be drawn, and where.
-struct Located<'a> {
-    /// Scene prototype that holds it.
-    root: usize,
-    root_from_mesh: DAffine3,
-    /// In its own space.
-    bounds: DBounds,
-    /// In the prototype's space.
-    root_bounds: DBounds,
-    /// Present on meshes.
-    topology: Option<Topology<'a>>,
-    n_bad_points: usize,
-}
-
-/// Checks a shape and finds its place and size; absent if there is nothing to draw.
-fn locate<'a>(shape: &Shape<'_, 'a>, plan: &Plan, report: &mut Report) -> Option<Located<'a>> {
-    let home = plan.homes[shape.prototype() as usize].as_ref()?;
-    let root_from_mesh = home.root_from_prototype * shape.prototype_from_mesh();
-    if is_singular(&root_from_mesh) {
-        let what = "of no extent or not finite; prim skipped";
-        report.warn(shape.path(), "transform", what);
-        return None;
-    }
-    let mut located = Located {
-        root: home.root,
-        root_from_mesh,
-        bounds: DBounds::EMPTY,
-        root_bounds: DBounds::EMPTY,
-        topology: None,
-        n_bad_points: 0,
-    };
-    match shape {
-        Shape::Implicit(shape) => {
-            if !check_dimensions(shape, report) {
-                return None;
-            }
-            located.bounds = shape_bounds(shape);
-            located.root_bounds = located.bounds.transformed(&root_from_mesh);
-        }
-        Shape::Mesh(mesh) => {
-            located.topology = Some(check_topology(mesh, report)?);
-            for p in mesh.points {
-                let p = DVec3::from_array(p.map(f64::from));
-                let p_root = root_from_mesh.transform_point3(p);
-                if is_placeable(p) && is_placeable(p_root) {
-                    located.bounds.include(p);
-                    located.root_bounds.include(p_root);
-                } else {
-                    located.n_bad_points += 1;
-                }
-            }
-        }
-    }
-    let corners = [located.root_bounds.min, located.root_bounds.max];
-    if !located.root_bounds.is_empty() && !corners.into_iter().all(is_placeable) {
-        report.warn(shape.path(), "transform", "too large; prim skipped");
-        return None;
-    }
-    Some(located)
-}
-
-/// Where each scene prototype lies.
-struct Spaces {
-    /// By scene prototype: what positions are relative to.
-    centers: Vec<DVec3>,
-    /// By scene prototype: placements that look largest.
-    nearest: Vec<Vec<DAffine3>>,
-    pixel_scale: PixelScale,
-}
-
-impl Spaces {
+impl<'a> ChunkSettings<'a> {
     fn new(
-        plan: &Plan,
-        located: &[Option<Located<'_>>],
-        payloads: &Payloads<'_>,
+        shape: &Shape<'_, '_>,
+        prim_idx: u32,
+        located: &Located<'_>,
+        spaces: &Spaces,
+        plan: &'a Plan,
         options: &AssembleOptions,
     ) -> Self {
-        let mut own = vec![DBounds::EMPTY; plan.roots.len()];
-        for shape in located.iter().flatten() {
-            own[shape.root] = own[shape.root].union(&shape.root_bounds);
-        }
-        // Children come after their parents, so backwards all of them are known.
-        let mut all = own.clone();
-        for parent in (0..all.len()).rev() {
-            for placed in &plan.instances[parent] {
-                let child = all[placed.prototype as usize];
-                for parent_from_child in &placed.parent_from_prototype {
-                    all[parent] = all[parent].union(&child.transformed(parent_from_child));
-                }
-            }
-        }
-        // The world's center is the origin of all that is traced, even if only instances are there.
-        if own[0].is_empty() {
-            own[0] = all[0];
-        }
-        let centers = own.iter().map(|b| {
-            let center = b.center();
-            if b.is_empty() || !is_placeable(center) {
-                DVec3::ZERO
-            } else {
-                center
-            }
-        });
-        let pixel_scale = PixelScale::new(&payloads.camera, options.resolution);
+        let home = plan.homes[shape.prototype() as usize].as_ref();
+        let own = shape.visibility();
         Self {
-            centers: centers.collect(),
-            nearest: nearest_placements(&pixel_scale, &plan.instances, &all),
-            pixel_scale,
+            prim_idx,
+            double_sided: shape.is_double_sided(),
+            center: spaces.centers[located.root],
+            overrides: home.map_or(&[][..], |home| &home.overrides),
+            max_primitives: options.max_chunk_triangles,
+            visibility: home.map_or(own, |home| home.visibility & own),
         }
-    }
-
-    /// How many pixels a unit of a shape's space covers where it looks largest.
-    fn pixels_per_unit(&self, located: &Located<'_>) -> f64 {
-        self.nearest[located.root]
-            .iter()
-            .map(|world_from_root| {
-                let world_from_mesh = *world_from_root * located.root_from_mesh;
-                self.pixel_scale
-                    .pixels_per_unit(&world_from_mesh, &located.bounds)
-            })
-            .fold(0.0, f64::max)
     }
 }
 
-fn tessellate_shape(
+fn build_shape(
     shape: &Shape<'_, '_>,
     located: &Located<'_>,
-    prim_idx: u32,
     spaces: &Spaces,
-    plan: &Plan,
     options: &AssembleOptions,
+    settings: &ChunkSettings<'_>,
     report: &mut Report,
-) -> Vec<MeshChunk> {
-    let pixels_per_edge = f64::from(options.pixels_per_edge).max(1e-3);
-    let (surface, double_sided) = match (shape, &located.topology) {
-        (Shape::Implicit(shape), _) => {
-            let pixels_per_unit = spaces.pixels_per_unit(located);
-            let tessellation = tessellate(shape, pixels_per_unit, pixels_per_edge);
-            let surface = implicit_surface(shape, tessellation, located.root_from_mesh, report);
-            (surface, shape.double_sided)
+) -> Chunks {
+    let mut chunks = Chunks::default();
+    let root_from_shape = located.root_from_shape;
+    let surface = match (shape, &located.checked) {
+        (Shape::Curves(curves), Checked::Curves(checked)) => {
+            chunks.curves = build_curves(curves, checked, root_from_shape, settings, report);
+            return chunks;
         }
-        (Shape::Mesh(_), None) => return Vec::new(),
-        (Shape::Mesh(mesh), Some(topology)) => {
-            let has_bad_points = located.n_bad_points > 0;
-            let cage = polygon_surface(
-                mesh,
-                topology,
-                located.root_from_mesh,
-                has_bad_points,
-                report,
-            );
-            let surface = match &mesh.subdivision {
-                None => cage,
-                Some(subdivision) => {
-                    let size = SizeOnScreen {
-                        pixels_per_unit: spaces.pixels_per_unit(located),
-                        pixels_per_edge,
-                        max_level: options.max_subdivision_level,
-                    };
-                    subdivide(mesh, subdivision, cage, size, report)
-                }
-            };
-            (surface, mesh.double_sided)
+        (Shape::Points(points), _) => {
+            chunks.points = build_points(points, root_from_shape, settings, report);
+            return chunks;
         }
+        (Shape::Implicit(shape), _) => tessellated(shape, located, spaces, options, report),
+        (Shape::Mesh(mesh), Checked::Mesh(topology)) => {
+            mesh_surface(mesh, topology, located, spaces, options, report)
+        }
+        (Shape::Mesh(_) | Shape::Curves(_), _) => return chunks,
     };
-    let overrides = plan.homes[shape.prototype() as usize]
-        .as_ref()
-        .map_or(&[][..], |home| &home.overrides);
-    let settings = ChunkSettings {
-        prim_idx,
-        double_sided,
-        center: spaces.centers[located.root],
-        overrides,
-        max_triangles: options.max_chunk_triangles,
-    };
-    let built = build_chunks(&surface, &settings);
+    let (meshes, n_dropped) = build_chunks(shape.path(), &surface, settings, report);
     if located.n_bad_points > 0 {
-        report.n_rejected_triangles += built.n_dropped;
+        report.n_rejected_triangles += n_dropped;
         let what = format_args!(
-            "{} points are not finite; {} triangles dropped",
-            located.n_bad_points, built.n_dropped
+            "{} points are not finite; {n_dropped} triangles dropped",
+            located.n_bad_points
         );
         report.warn(shape.path(), "points", what);
     }
-    for name in &built.not_finite {
-        let what = "has values that are not finite; zero instead";
-        report.warn(shape.path(), &format!("primvars:{name}"), what);
+    chunks.meshes = meshes;
+    chunks
+}
+
+fn tessellated<'a>(
+    shape: &ImplicitShape<'a>,
+    located: &Located<'_>,
+    spaces: &Spaces,
+    options: &AssembleOptions,
+    report: &mut Report,
+) -> Surface<'a> {
+    let pixels_per_unit = spaces.pixels_per_unit(located);
+    let tessellation = tessellate(shape, pixels_per_unit, options.edge_pixels());
+    implicit_surface(shape, tessellation, located.root_from_shape, report)
+}
+
+fn mesh_surface<'a>(
+    mesh: &PolyMesh<'a>,
+    topology: &Topology<'a>,
+    located: &Located<'_>,
+    spaces: &Spaces,
+    options: &AssembleOptions,
+    report: &mut Report,
+) -> Surface<'a> {
+    let has_bad_points = located.n_bad_points > 0;
+    let root_from_mesh = located.root_from_shape;
+    let cage = polygon_surface(mesh, topology, root_from_mesh, has_bad_points, report);
+    let Some(subdivision) = &mesh.subdivision else {
+        return cage;
+    };
+    let size = SizeOnScreen {
+        pixels_per_unit: spaces.pixels_per_unit(located),
+        pixels_per_edge: options.edge_pixels(),
+        max_level: options.max_subdivision_level,
+    };
+    subdivide(mesh, subdivision, cage, size, report)
+}
+
+impl AssembleOptions {
+    fn edge_pixels(&self) -> f64 {
+        f64::from(self.pixels_per_edge).max(1e-3)
     }
-    built.pieces
 }
 
 fn make_scene(
     payloads: Payloads<'_>,
     plan: Plan,
     centers: &[DVec3],
-    placed: Vec<(usize, Vec<MeshChunk>)>,
+    placed: Vec<(usize, Chunks)>,
 ) -> Scene {
     let paths = &payloads.prototypes;
     let mut prototypes: Vec<Prototype> = plan
@@ -381,24 +257,24 @@ fn make_scene(
         .map(|((&source, instances), &center)| Prototype {
             path: paths[source].clone(),
             center,
-            chunks: Vec::new(),
             instances,
+            ..Prototype::default()
         })
         .collect();
     for (root, mut chunks) in placed {
-        prototypes[root].chunks.append(&mut chunks);
+        let prototype = &mut prototypes[root];
+        prototype.chunks.append(&mut chunks.meshes);
+        prototype.curves.append(&mut chunks.curves);
+        prototype.points.append(&mut chunks.points);
     }
     drop_empty_instances(&mut prototypes);
-    let meshes = payloads.meshes.iter().map(|m| m.path);
-    let implicits = payloads.implicits.iter().map(|s| s.path);
-    let instancers = payloads.instances.iter().map(|i| i.path);
+    let shapes = all_shapes(&payloads);
+    let shape_paths = shapes.iter().map(|shape| shape.path().to_owned());
+    let instancer_paths = payloads.instances.iter().map(|i| i.path.to_owned());
+    let prim_paths = shape_paths.chain(instancer_paths).collect();
     Scene {
         origin_world: centers[0],
-        prim_paths: meshes
-            .chain(implicits)
-            .chain(instancers)
-            .map(str::to_owned)
-            .collect(),
+        prim_paths,
         prototypes,
         materials: payloads.materials,
         textures: payloads.textures,
@@ -413,6 +289,6 @@ fn drop_empty_instances(prototypes: &mut [Prototype]) {
     for (i, prototype) in prototypes.iter_mut().enumerate().rev() {
         let instances = &mut prototype.instances;
         instances.retain(|placed| !is_empty[placed.prototype as usize]);
-        is_empty[i] = instances.is_empty() && prototype.chunks.is_empty();
+        is_empty[i] = prototype.instances.is_empty() && prototype.has_no_surfaces();
     }
 }

@@ -1,10 +1,11 @@
-use kilauea_math::{DVec3, Mat3, Vec3};
-use kilauea_scene::{Attribute, Interpolation, MeshChunk};
+use kilauea_math::{DAffine3, DVec3, Mat3, Vec3};
+use kilauea_scene::{Attribute, Interpolation, MeshChunk, MeshKey, Visibility};
 
 use rayon::prelude::*;
 
 use crate::channel::{Channel, Domain};
 use crate::pieces::split_into_pieces;
+use crate::report::Report;
 use crate::surface::{Surface, Triangle, triangles_of_parts};
 use crate::weld::Welder;
 
@@ -16,21 +17,19 @@ pub(crate) struct ChunkSettings<'a> {
     pub(crate) center: DVec3,
     /// Constant primvars that replace those of the same name.
     pub(crate) overrides: &'a [Attribute],
-    pub(crate) max_triangles: usize,
+    /// Triangles, segments or points in a chunk.
+    pub(crate) max_primitives: usize,
+    pub(crate) visibility: Visibility,
 }
 
-/// Chunks of a mesh and what was wrong with its numbers.
-#[derive(Default)]
-pub(crate) struct Chunks {
-    pub(crate) pieces: Vec<MeshChunk>,
-    /// Triangles dropped because of their points.
-    pub(crate) n_dropped: usize,
-    /// Names of primvars with values that are not finite; these are zero now.
-    pub(crate) not_finite: Vec<String>,
-}
-
-/// Splits a surface by material and space and gives each piece its own compact arrays.
-pub(crate) fn build_chunks(surface: &Surface<'_>, settings: &ChunkSettings<'_>) -> Chunks {
+/// Splits a surface by material and space and gives each piece its own compact arrays. Also returns
+/// how many triangles were dropped because of their points.
+pub(crate) fn build_chunks(
+    path: &str,
+    surface: &Surface<'_>,
+    settings: &ChunkSettings<'_>,
+    report: &mut Report,
+) -> (Vec<MeshChunk>, usize) {
     let (parts, n_dropped) = triangles_of_parts(surface);
     let mut pieces = Vec::new();
     for (triangles, &material) in parts.into_iter().zip(&surface.parts.materials) {
@@ -39,28 +38,40 @@ pub(crate) fn build_chunks(surface: &Surface<'_>, settings: &ChunkSettings<'_>) 
                 sum + Vec3::from_array(surface.points[surface.corner_points[c as usize] as usize])
             })
         };
-        let split = split_into_pieces(triangles, settings.max_triangles, centroid);
+        let split = split_into_pieces(triangles, settings.max_primitives, centroid);
         let built = split.into_par_iter().map_init(
             || Welder::new(surface.points.len()),
             |welder, piece| build_chunk(surface, settings, welder, &piece, material),
         );
         pieces.par_extend(built);
     }
-    let mut not_finite = Vec::new();
-    for attribute in pieces.iter_mut().flat_map(|c| &mut c.attributes) {
+    let attributes = pieces
+        .iter_mut()
+        .flat_map(|c: &mut MeshChunk| &mut c.attributes);
+    zero_what_is_not_finite(path, attributes, report);
+    (pieces, n_dropped)
+}
+
+/// Puts zeros where primvars are no numbers, with one warning for each name.
+pub(crate) fn zero_what_is_not_finite<'c>(
+    path: &str,
+    attributes: impl Iterator<Item = &'c mut Attribute>,
+    report: &mut Report,
+) {
+    let mut names: Vec<&str> = Vec::new();
+    for attribute in attributes {
         let mut bad = false;
         for x in attribute.data.iter_mut().filter(|x| !x.is_finite()) {
             *x = 0.0;
             bad = true;
         }
-        if bad && !not_finite.contains(&attribute.name) {
-            not_finite.push(attribute.name.clone());
+        if bad && !names.contains(&&attribute.name[..]) {
+            names.push(&attribute.name);
         }
     }
-    Chunks {
-        pieces,
-        n_dropped,
-        not_finite,
+    for name in names {
+        let what = "has values that are not finite; zero instead";
+        report.warn(path, &format!("primvars:{name}"), what);
     }
 }
 
@@ -76,6 +87,12 @@ fn build_chunk(
         .channels
         .iter()
         .chain(&surface.normals)
+        .chain(
+            surface
+                .later_keys
+                .iter()
+                .filter_map(|key| key.normals.as_ref()),
+        )
         .filter(|c| c.domain == Domain::Corner)
         .collect();
     let triangles: Vec<[u32; 3]> = piece
@@ -88,26 +105,25 @@ fn build_chunk(
         })
         .collect();
 
-    let positions: Vec<[f32; 3]> = welder
-        .points()
-        .iter()
-        .map(|&p| {
-            let p = Vec3::from_array(surface.points[p as usize]).as_dvec3();
-            let p_prototype = surface.prototype_from_points.transform_point3(p);
-            (p_prototype - settings.center).as_vec3().to_array()
-        })
-        .collect();
-    let normals = surface.normals.as_ref().map(|channel| {
-        let normal_from_points = surface
-            .prototype_from_points
-            .matrix3
-            .inverse()
-            .transpose()
-            .as_mat3();
-        let mut normals = shading_normals(channel, welder, normal_from_points);
-        replace_invalid(&mut normals, &positions, &triangles);
-        normals
+    let first_key = vertices_at(
+        &surface.points,
+        surface.normals.as_ref(),
+        &surface.prototype_from_points,
+        settings.center,
+        welder,
+        &triangles,
+    );
+    let later_keys = surface.later_keys.iter().map(|key| {
+        vertices_at(
+            &key.points,
+            key.normals.as_ref(),
+            &key.prototype_from_points,
+            settings.center,
+            welder,
+            &triangles,
+        )
     });
+    let later_keys = later_keys.collect();
     let is_overridden = |name: &str| settings.overrides.iter().any(|o| o.name == name);
     let attributes = surface
         .channels
@@ -119,12 +135,38 @@ fn build_chunk(
     MeshChunk {
         prim_idx: settings.prim_idx,
         material,
-        positions,
+        positions: first_key.positions,
         triangles,
-        normals,
+        normals: first_key.normals,
         attributes,
         double_sided: settings.double_sided,
+        later_keys,
+        visibility: settings.visibility,
     }
+}
+
+/// Positions and normals of a chunk's vertices at one motion key.
+fn vertices_at(
+    points: &[[f32; 3]],
+    normals: Option<&Channel<'_>>,
+    prototype_from_points: &DAffine3,
+    center: DVec3,
+    welder: &Welder,
+    triangles: &[[u32; 3]],
+) -> MeshKey {
+    let position = |&p: &u32| {
+        let p = Vec3::from_array(points[p as usize]).as_dvec3();
+        let p_prototype = prototype_from_points.transform_point3(p);
+        (p_prototype - center).as_vec3().to_array()
+    };
+    let positions: Vec<[f32; 3]> = welder.points().iter().map(position).collect();
+    let normals = normals.map(|channel| {
+        let normal_from_points = prototype_from_points.matrix3.inverse().transpose();
+        let mut normals = shading_normals(channel, welder, normal_from_points.as_mat3());
+        replace_invalid(&mut normals, &positions, triangles);
+        normals
+    });
+    MeshKey { positions, normals }
 }
 
 /// A channel's values in the order of a chunk's vertices or triangles.

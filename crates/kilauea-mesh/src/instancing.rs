@@ -1,7 +1,9 @@
 use std::collections::VecDeque;
 
 use kilauea_math::DAffine3;
-use kilauea_scene::{Attribute, InstanceAttribute, Instances, Interpolation, SceneError};
+use kilauea_scene::{
+    Attribute, InstanceAttribute, Instances, Interpolation, SceneError, Visibility,
+};
 
 use crate::bounds::is_singular;
 use crate::channel::{Channel, Counts, Domain};
@@ -16,6 +18,8 @@ pub(crate) struct Home {
     pub(crate) root_from_prototype: DAffine3,
     /// Primvars of the instances on the way there.
     pub(crate) overrides: Vec<Attribute>,
+    /// Rays that all instances on the way there let in.
+    pub(crate) visibility: Visibility,
 }
 
 /// The instance graph after prototypes that are placed once were merged into their parents.
@@ -35,7 +39,16 @@ struct Placements {
     parent: usize,
     prototype: usize,
     parent_from_prototype: Vec<DAffine3>,
+    later_parent_from_prototype: Vec<Vec<DAffine3>>,
     attributes: Vec<InstanceAttribute>,
+    visibility: Visibility,
+}
+
+impl Placements {
+    /// Whether a prototype that nothing else places can become a part of the parent.
+    fn is_one_that_stands_still(&self) -> bool {
+        self.parent_from_prototype.len() == 1 && self.later_parent_from_prototype.is_empty()
+    }
 }
 
 impl Plan {
@@ -82,7 +95,7 @@ impl Plan {
                 .filter_map(|p| self.homes[p.parent].as_ref().map(|home| (p, home)))
         };
         let n: usize = reached().map(|(p, _)| p.parent_from_prototype.len()).sum();
-        let only = reached().find(|(p, _)| p.parent_from_prototype.len() == 1);
+        let only = reached().find(|(p, _)| p.is_one_that_stands_still());
         let home = match (prototype, n, only) {
             (0, ..) => self.new_root(prototype),
             (_, 0, _) => return,
@@ -102,6 +115,7 @@ impl Plan {
                     root: parent.root,
                     root_from_prototype: parent.root_from_prototype * p.parent_from_prototype[0],
                     overrides,
+                    visibility: parent.visibility & p.visibility,
                 }
             }
             _ => self.new_root(prototype),
@@ -116,6 +130,7 @@ impl Plan {
             root: self.roots.len() - 1,
             root_from_prototype: DAffine3::IDENTITY,
             overrides: Vec::new(),
+            visibility: Visibility::ALL,
         }
     }
 
@@ -137,14 +152,20 @@ impl Plan {
             width: o.width,
             data: o.data.repeat(n),
         }));
+        let in_root = |matrices: Vec<DAffine3>| {
+            let matrices = matrices.into_iter();
+            matrices.map(|m| parent.root_from_prototype * m).collect()
+        };
         let instances = Instances {
             prim_idx: p.prim_idx,
             prototype: child.root as u32,
-            parent_from_prototype: p
-                .parent_from_prototype
-                .iter()
-                .map(|m| parent.root_from_prototype * *m)
+            parent_from_prototype: in_root(p.parent_from_prototype),
+            later_parent_from_prototype: p
+                .later_parent_from_prototype
+                .into_iter()
+                .map(in_root)
                 .collect(),
+            visibility: parent.visibility & p.visibility,
             attributes,
         };
         self.instances[parent.root].push(instances);
@@ -182,8 +203,18 @@ pub(crate) fn check_prototype(
 /// Leaves out instances without an inverse, and primvars that do not fit.
 fn place(payload: &InstancesPayload<'_>, prim_idx: u32, report: &mut Report) -> Placements {
     let all = &payload.parent_from_prototype;
+    let mut later = &payload.later_parent_from_prototype[..];
+    if later.iter().any(|key| key.len() != all.len()) {
+        let what = "their number changes while the shutter is open; no motion";
+        report.warn(payload.path, "transforms", what);
+        later = &[];
+    }
+    let is_regular = |i: usize| {
+        let at_keys = later.iter().map(|key| &key[i]);
+        !std::iter::once(&all[i]).chain(at_keys).any(is_singular)
+    };
     let kept: Vec<u32> = (0..all.len() as u32)
-        .filter(|&i| !is_singular(&all[i as usize]))
+        .filter(|&i| is_regular(i as usize))
         .collect();
     if kept.len() < all.len() {
         let n = all.len() - kept.len();
@@ -198,12 +229,16 @@ fn place(payload: &InstancesPayload<'_>, prim_idx: u32, report: &mut Report) -> 
             })
             .ok()
     });
+    let attributes = attributes.collect();
+    let select = |all: &Vec<DAffine3>| kept.iter().map(|&i| all[i as usize]).collect();
     Placements {
         prim_idx,
         parent: payload.parent as usize,
         prototype: payload.prototype as usize,
-        attributes: attributes.collect(),
-        parent_from_prototype: kept.iter().map(|&i| all[i as usize]).collect(),
+        attributes,
+        parent_from_prototype: select(all),
+        later_parent_from_prototype: later.iter().map(select).collect(),
+        visibility: payload.visibility,
     }
 }
 
@@ -278,7 +313,9 @@ mod tests {
                 .iter()
                 .map(|&x| DAffine3::from_translation(DVec3::X * x))
                 .collect(),
+            later_parent_from_prototype: Vec::new(),
             primvars: Vec::new(),
+            visibility: Visibility::ALL,
         }
     }
 
@@ -325,6 +362,30 @@ mod tests {
         let plan = plan(2, &[instances(0, 1, &[1.0]), instances(0, 1, &[2.0])]).unwrap();
         assert_eq!(plan.roots, [0, 1]);
         assert_eq!(plan.instances[0].len(), 2);
+    }
+
+    #[test]
+    fn what_moves_stays_an_instance_and_takes_along_what_stands_still_in_it() {
+        let mut moving = instances(0, 1, &[1.0]);
+        let later = [2.0, 3.0].map(|x| vec![DAffine3::from_translation(DVec3::X * x)]);
+        moving.later_parent_from_prototype = later.to_vec();
+        let plan = plan(3, &[moving, instances(1, 2, &[10.0])]).unwrap();
+        assert_eq!(plan.roots, [0, 1]);
+        assert_eq!(plan.homes[2].as_ref().map(|home| home.root), Some(1));
+        let later = &plan.instances[0][0].later_parent_from_prototype;
+        assert_eq!(later.len(), 2);
+        assert_eq!(later[1][0].translation.x, 3.0);
+    }
+
+    #[test]
+    fn visibility_narrows_on_the_way_in() {
+        let mut unseen = instances(0, 1, &[1.0]);
+        unseen.visibility = Visibility::SHADOW | Visibility::INDIRECT;
+        let mut no_shadow = instances(1, 2, &[1.0]);
+        no_shadow.visibility = Visibility::CAMERA | Visibility::INDIRECT;
+        let plan = plan(3, &[unseen, no_shadow]).unwrap();
+        let home = plan.homes[2].as_ref().unwrap();
+        assert_eq!(home.visibility, Visibility::INDIRECT);
     }
 
     #[test]

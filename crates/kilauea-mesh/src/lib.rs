@@ -1,5 +1,5 @@
-//! Turns polygon meshes, subdivision cages, implicit shapes and instances into a
-//! [`kilauea_scene::Scene`] of triangle chunks.
+//! Turns polygon meshes, subdivision cages, implicit shapes, curves, points and instances into a
+//! [`kilauea_scene::Scene`] of chunks.
 //!
 //! The vocabulary is UsdGeom's, but nothing here reads USD: [`Payloads`] borrows plain arrays, and
 //! [`assemble`] makes the scene from them.
@@ -10,13 +10,18 @@ mod assemble;
 mod bounds;
 mod channel;
 mod chunks;
+mod curves;
 mod implicit;
 mod instancing;
+mod motion;
 mod nearest;
 mod payload;
 mod pieces;
+mod points;
 mod polygon;
 mod report;
+mod shape;
+mod spaces;
 mod subdiv;
 mod surface;
 mod tokens;
@@ -25,9 +30,10 @@ mod weld;
 
 pub use assemble::{AssembleOptions, Assembled, assemble};
 pub use payload::{
-    ImplicitShape, InstancesPayload, Payloads, PolyMesh, Primvar, Subdivision, Subset,
+    BasisCurves, ImplicitShape, InstancesPayload, MeshPose, Payloads, Points, PolyMesh, Primvar,
+    Subdivision, Subset,
 };
 pub use tokens::{
-    Axis, BoundaryInterpolation, FaceVaryingRule, ImplicitKind, PrimvarInterpolation, Scheme,
-    TriangleRule, UnknownToken,
+    Axis, BoundaryInterpolation, CubicBasis, CurveType, CurveWrap, FaceVaryingRule, ImplicitKind,
+    PrimvarInterpolation, Scheme, TriangleRule, UnknownToken,
 };

@@ -94,6 +94,7 @@ fn insert_largest(list: &mut Vec<(f64, DAffine3)>, density: f64, transform: DAff
 #[cfg(test)]
 pub(crate) mod tests {
     use kilauea_math::DMat4;
+    use kilauea_scene::Visibility;
 
     use super::*;
 
@@ -102,6 +103,8 @@ pub(crate) mod tests {
         Camera {
             path: "/camera".into(),
             world_from_camera: DMat4::IDENTITY,
+            later_world_from_camera: Vec::new(),
+            shutter: [0.0; 2],
             projection: Projection::Perspective,
             screen_window: [-0.5, -0.5, 0.5, 0.5],
             lens_radius: 0.0,
@@ -139,6 +142,8 @@ pub(crate) mod tests {
                     DAffine3::from_translation(DVec3::Z * -(1.0 + step * f64::from(i * 7 % n)))
                 })
                 .collect(),
+            later_parent_from_prototype: Vec::new(),
+            visibility: Visibility::ALL,
             attributes: Vec::new(),
         };
         let mut nested = shifts(50, 0.5);

@@ -2,11 +2,11 @@
 //! of whoever holds them.
 
 use kilauea_math::DAffine3;
-use kilauea_scene::{Camera, Light, Material, TextureSource};
+use kilauea_scene::{Camera, Light, Material, TextureSource, Visibility};
 
 use crate::tokens::{
-    Axis, BoundaryInterpolation, FaceVaryingRule, ImplicitKind, PrimvarInterpolation, Scheme,
-    TriangleRule,
+    Axis, BoundaryInterpolation, CubicBasis, CurveType, CurveWrap, FaceVaryingRule, ImplicitKind,
+    PrimvarInterpolation, Scheme, TriangleRule,
 };
 
 /// A primvar, or the normals of a mesh.
@@ -87,6 +87,20 @@ pub struct PolyMesh<'a> {
     pub material: u32,
     /// Faces with other materials.
     pub subsets: Vec<Subset<'a>>,
+    /// The mesh at the motion keys after the first, evenly spaced over the shutter; empty where it
+    /// stands still.
+    pub later_keys: Vec<MeshPose<'a>>,
+    /// Which rays meet it.
+    pub visibility: Visibility,
+}
+
+/// What of a mesh moves.
+#[derive(Clone, Debug)]
+pub struct MeshPose<'a> {
+    /// As many points as the mesh has.
+    pub points: &'a [[f32; 3]],
+    /// Laid out as the mesh's normals; those of the first key when absent.
+    pub normals: Option<Primvar<'a>>,
 }
 
 /// A shape given by a formula, centred, placed in a prototype.
@@ -113,6 +127,66 @@ pub struct ImplicitShape<'a> {
     pub double_sided: bool,
     /// Constant ones only.
     pub primvars: Vec<Primvar<'a>>,
+    /// Which rays meet it.
+    pub visibility: Visibility,
+}
+
+/// Curves by the rules of UsdGeomBasisCurves, placed in a prototype.
+#[derive(Clone, Debug)]
+pub struct BasisCurves<'a> {
+    /// Source prim.
+    pub path: &'a str,
+    /// Index into [`Payloads::prototypes`].
+    pub prototype: u32,
+    /// From the points' space to the prototype's.
+    pub prototype_from_curves: DAffine3,
+    /// The points of all curves, one curve after the other.
+    pub points: &'a [[f32; 3]],
+    /// The points at the motion keys after the first, evenly spaced over the shutter; empty where
+    /// they stand still.
+    pub later_points: Vec<&'a [[f32; 3]]>,
+    /// Points of each curve.
+    pub curve_vertex_counts: &'a [i32],
+    /// Straight or cubic.
+    pub curve_type: CurveType,
+    /// Of cubic curves.
+    pub basis: CubicBasis,
+    /// What happens at the ends.
+    pub wrap: CurveWrap,
+    /// Diameters, width 1; one everywhere when absent.
+    pub widths: Option<Primvar<'a>>,
+    /// Makes oriented ribbons of the curves, width 3; tubes when absent.
+    pub normals: Option<Primvar<'a>>,
+    /// Only those that the material reads.
+    pub primvars: Vec<Primvar<'a>>,
+    /// Index into [`Payloads::materials`].
+    pub material: u32,
+    /// Which rays meet them.
+    pub visibility: Visibility,
+}
+
+/// Points by the rules of UsdGeomPoints, each a sphere, placed in a prototype.
+#[derive(Clone, Debug)]
+pub struct Points<'a> {
+    /// Source prim.
+    pub path: &'a str,
+    /// Index into [`Payloads::prototypes`].
+    pub prototype: u32,
+    /// From the points' space to the prototype's.
+    pub prototype_from_points: DAffine3,
+    /// Centers.
+    pub points: &'a [[f32; 3]],
+    /// The centers at the motion keys after the first, evenly spaced over the shutter; empty where
+    /// they stand still.
+    pub later_points: Vec<&'a [[f32; 3]]>,
+    /// Diameters, width 1; one everywhere when absent.
+    pub widths: Option<Primvar<'a>>,
+    /// Only those that the material reads.
+    pub primvars: Vec<Primvar<'a>>,
+    /// Index into [`Payloads::materials`].
+    pub material: u32,
+    /// Which rays meet them.
+    pub visibility: Visibility,
 }
 
 /// A prototype placed many times inside another.
@@ -124,10 +198,15 @@ pub struct InstancesPayload<'a> {
     pub parent: u32,
     /// The prototype that is placed.
     pub prototype: u32,
-    /// One per instance.
+    /// One per instance, at the first motion key.
     pub parent_from_prototype: Vec<DAffine3>,
+    /// The same at the motion keys after the first, evenly spaced over the shutter; empty where
+    /// they stand still.
+    pub later_parent_from_prototype: Vec<Vec<DAffine3>>,
     /// One value per instance, or constant; they stand in for primvars of that name inside.
     pub primvars: Vec<Primvar<'a>>,
+    /// Which rays meet them, as far as their contents let them.
+    pub visibility: Visibility,
 }
 
 /// A whole frame of geometry, and the records that pass through unchanged.
@@ -139,6 +218,10 @@ pub struct Payloads<'a> {
     pub meshes: Vec<PolyMesh<'a>>,
     /// Shapes given by a formula.
     pub implicits: Vec<ImplicitShape<'a>>,
+    /// Curves.
+    pub curves: Vec<BasisCurves<'a>>,
+    /// Points.
+    pub points: Vec<Points<'a>>,
     /// Placements of prototypes.
     pub instances: Vec<InstancesPayload<'a>>,
     /// Passed on.

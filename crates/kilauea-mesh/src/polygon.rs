@@ -3,9 +3,10 @@ use std::borrow::Cow;
 use kilauea_math::DAffine3;
 
 use crate::channel::{Channel, Counts, Domain};
+use crate::motion::later_poses_of;
 use crate::payload::{PolyMesh, Primvar};
 use crate::report::Report;
-use crate::surface::{FaceSizes, Parts, Surface};
+use crate::surface::{FaceSizes, Parts, Surface, SurfaceKey};
 
 /// The faces of a mesh, all in range.
 #[derive(Clone, Copy, Debug)]
@@ -162,29 +163,51 @@ pub(crate) fn polygon_surface<'a>(
     let counts = topology.counts;
     // The normals of a cage mean nothing to its limit surface.
     let authored = mesh.normals.as_ref().filter(|_| mesh.subdivision.is_none());
-    let normals = authored.and_then(|primvar| {
-        let channel = match Channel::from_primvar(primvar, counts) {
-            Ok(channel) if channel.width == 3 => Ok(channel),
-            Ok(channel) => Err(format!("has {} floats a value, expected 3", channel.width)),
-            Err(what) => Err(what),
-        };
-        channel
-            .map_err(|what| report.warn(mesh.path, "normals", format_args!("{what}; faceted")))
-            .ok()
-    });
+    let normals =
+        authored.and_then(|primvar| normals_channel(mesh.path, primvar, topology, report));
+    let later_keys = later_poses_of(mesh, prototype_from_mesh, report)
+        .iter()
+        .map(|pose| {
+            let own = pose.normals.as_ref().filter(|_| normals.is_some());
+            let own = own.and_then(|primvar| normals_channel(mesh.path, primvar, topology, report));
+            let fits = |own: &Channel<'_>| normals.as_ref().is_some_and(|n| n.domain == own.domain);
+            SurfaceKey {
+                points: Cow::Borrowed(pose.points),
+                normals: own.filter(fits).or_else(|| normals.clone()),
+                prototype_from_points: prototype_from_mesh,
+            }
+        });
+    let later_keys = later_keys.collect();
     Surface {
         points: Cow::Borrowed(mesh.points),
         corner_points: Cow::Borrowed(topology.corner_points),
         sizes: topology.sizes,
         source_faces: None,
         parts: assign_parts(mesh, counts.faces, report),
-        normals: normals.map(|n| by_corner_if_by_face(n, topology)),
+        normals,
         channels: check_primvars(mesh.path, &mesh.primvars, counts, report),
         prototype_from_points: prototype_from_mesh,
         left_handed: mesh.left_handed,
         has_bad_points,
         n_dropped: 0,
+        later_keys,
     }
+}
+
+/// Normals that fit the mesh, by point or by corner.
+fn normals_channel<'a>(
+    path: &str,
+    primvar: &Primvar<'a>,
+    topology: &Topology<'a>,
+    report: &mut Report,
+) -> Option<Channel<'a>> {
+    let what = match Channel::from_primvar(primvar, topology.counts) {
+        Ok(channel) if channel.width == 3 => return Some(by_corner_if_by_face(channel, topology)),
+        Ok(channel) => format!("has {} floats a value, expected 3", channel.width),
+        Err(what) => what,
+    };
+    report.warn(path, "normals", format_args!("{what}; faceted"));
+    None
 }
 
 /// Vertices have normals and triangles do not, so uniform normals go to the corners.

@@ -3,6 +3,7 @@ use std::borrow::Cow;
 use kilauea_math::{DAffine3, DVec3, Vec3};
 
 use crate::channel::Channel;
+use crate::report::Report;
 
 /// Corners of each face.
 #[derive(Clone, Copy, Debug)]
@@ -51,6 +52,17 @@ pub(crate) struct Surface<'a> {
     pub(crate) has_bad_points: bool,
     /// Triangles that were left out on the way here, because of such points.
     pub(crate) n_dropped: usize,
+    /// The surface at the motion keys after the first.
+    pub(crate) later_keys: Vec<SurfaceKey<'a>>,
+}
+
+/// What of a [`Surface`] moves.
+pub(crate) struct SurfaceKey<'a> {
+    /// As many as the surface has.
+    pub(crate) points: Cow<'a, [[f32; 3]]>,
+    /// Laid out as the surface's normals, and present where these are.
+    pub(crate) normals: Option<Channel<'a>>,
+    pub(crate) prototype_from_points: DAffine3,
 }
 
 /// Which faces go where.
@@ -78,6 +90,19 @@ impl Parts {
 pub(crate) fn is_placeable(p: DVec3) -> bool {
     const FARTHEST: f64 = 1e30;
     p.abs().cmple(DVec3::splat(FARTHEST)).all()
+}
+
+/// How much a transform enlarges in the mean, for radii.
+pub(crate) fn mean_scale(path: &str, transform: &DAffine3, report: &mut Report) -> f32 {
+    let m = transform.matrix3;
+    let scales = [m.x_axis, m.y_axis, m.z_axis].map(DVec3::length);
+    let (least, most) = scales
+        .iter()
+        .fold((f64::INFINITY, 0.0_f64), |(a, b), &s| (a.min(s), b.max(s)));
+    if most > 1.01 * least {
+        report.warn(path, "transform", "scales unevenly; widths by the mean");
+    }
+    m.determinant().abs().cbrt() as f32
 }
 
 /// A triangle of a [`Surface`].

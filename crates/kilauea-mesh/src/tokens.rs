@@ -97,6 +97,37 @@ tokens! {
 }
 
 tokens! {
+    /// UsdGeomBasisCurves `type`.
+    CurveType, "type":
+    /// Straight lines between the points.
+    Linear = "linear",
+    /// Cubic polynomials by the `basis`.
+    Cubic = "cubic",
+}
+
+tokens! {
+    /// UsdGeomBasisCurves `basis`: what the points of cubic curves mean.
+    CubicBasis, "basis":
+    /// Every third point is on the curve, the others pull at it.
+    Bezier = "bezier",
+    /// Uniform cubic B-spline; points are near the curve.
+    Bspline = "bspline",
+    /// Through all points but the outermost.
+    CatmullRom = "catmullRom",
+}
+
+tokens! {
+    /// UsdGeomBasisCurves `wrap`: what happens at the ends.
+    CurveWrap, "wrap":
+    /// Only where the basis has all of its points.
+    Nonperiodic = "nonperiodic",
+    /// The last point is followed by the first.
+    Periodic = "periodic",
+    /// From the first point to the last, by points beyond them that the basis needs.
+    Pinned = "pinned",
+}
+
+tokens! {
     /// Shapes given by a formula.
     ImplicitKind, "implicit shape":
     /// UsdGeomSphere.

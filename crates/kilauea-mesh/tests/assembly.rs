@@ -4,7 +4,7 @@ mod stage;
 
 use kilauea_math::{DAffine3, DVec3, Vec3};
 use kilauea_mesh::*;
-use kilauea_scene::{Interpolation, MeshChunk, SceneError};
+use kilauea_scene::{Interpolation, MeshChunk, SceneError, Visibility};
 use stage::*;
 
 fn polygon_options() -> AssembleOptions {
@@ -320,6 +320,8 @@ fn instancer(parent: u32, prototype: u32, shifts: &[f64]) -> InstancesPayload<'s
         parent,
         prototype,
         parent_from_prototype: shifts.iter().map(|&x| shift(x)).collect(),
+        later_parent_from_prototype: Vec::new(),
+        visibility: Visibility::ALL,
         primvars: Vec::new(),
     }
 }
@@ -450,6 +452,7 @@ fn implicit_shapes_get_smooth_normals() {
         left_handed: false,
         double_sided: true,
         primvars: vec![primvar("constant", 3, &[1.0, 2.0, 3.0])],
+        visibility: Visibility::ALL,
     }];
     let assembled = assemble(payloads, &polygon_options()).unwrap();
     check_outward(&assembled);

@@ -5,6 +5,7 @@ mod stage;
 use kilauea_math::hash::{combine, unit_f32};
 use kilauea_math::{DAffine3, DVec3};
 use kilauea_mesh::*;
+use kilauea_scene::Visibility;
 use stage::*;
 
 /// A stream of random numbers.
@@ -71,6 +72,7 @@ type PrimvarArrays = (&'static str, u8, Vec<f32>, Option<Vec<i32>>);
 struct Arrays {
     points: Vec<[f32; 3]>,
     counts: Vec<i32>,
+    curve_counts: Vec<i32>,
     indices: Vec<i32>,
     holes: Vec<i32>,
     subset: Vec<i32>,
@@ -122,7 +124,11 @@ impl Arrays {
             .collect();
         let n_crease = random.length(crease_lengths.iter().sum::<i32>() as usize);
         let n_corner = random.below(3) as usize;
+        // Two curves that share the points.
+        let first = random.below(n_points + 1) as i32;
+        let second = random.length((n_points as i32 - first) as usize) as i32;
         Self {
+            curve_counts: vec![first, second],
             points: (0..n_points)
                 .map(|_| [random.float(), random.float(), random.float()])
                 .collect(),
@@ -196,7 +202,62 @@ impl Arrays {
             corner_indices: &self.corner_indices,
             corner_sharpnesses: &self.corner_sharpnesses,
         });
+        if random.one_in(3) {
+            let normals = self.primvar(1).filter(|p| p.width == 3);
+            let points = &self.points[..random.length(self.points.len()).min(self.points.len())];
+            made.later_keys = vec![MeshPose { points, normals }];
+        }
         made
+    }
+
+    fn curves<'a>(&'a self, later: &'a Self, random: &mut Random) -> BasisCurves<'a> {
+        BasisCurves {
+            path: "/curves",
+            prototype: random.below(3),
+            prototype_from_curves: transform(random),
+            points: &self.points,
+            later_points: later.later_points(self, random),
+            curve_vertex_counts: &self.curve_counts,
+            curve_type: random.pick(&[CurveType::Linear, CurveType::Cubic, CurveType::Cubic]),
+            basis: random.pick(&[
+                CubicBasis::Bezier,
+                CubicBasis::Bspline,
+                CubicBasis::CatmullRom,
+            ]),
+            wrap: random.pick(&[
+                CurveWrap::Nonperiodic,
+                CurveWrap::Periodic,
+                CurveWrap::Pinned,
+            ]),
+            widths: self.primvar(0),
+            normals: self.primvar(1),
+            primvars: (0..4).filter_map(|i| self.primvar(i)).collect(),
+            material: random.below(4),
+            visibility: Visibility::ALL,
+        }
+    }
+
+    fn spheres<'a>(&'a self, later: &'a Self, random: &mut Random) -> Points<'a> {
+        Points {
+            path: "/points",
+            prototype: random.below(3),
+            prototype_from_points: transform(random),
+            points: &self.points,
+            later_points: later.later_points(self, random),
+            widths: self.primvar(0),
+            primvars: (0..4).filter_map(|i| self.primvar(i)).collect(),
+            material: random.below(4),
+            visibility: Visibility::ALL,
+        }
+    }
+
+    /// Sometimes a key that fits, or does not.
+    fn later_points<'a>(&'a self, first: &'a Self, random: &mut Random) -> Vec<&'a [[f32; 3]]> {
+        match random.below(6) {
+            0 => vec![&self.points],
+            1 => vec![&first.points, &first.points],
+            _ => Vec::new(),
+        }
     }
 }
 
@@ -209,7 +270,7 @@ fn transform(random: &mut Random) -> DAffine3 {
 #[test]
 fn garbage_never_panics_and_never_reaches_the_scene() {
     let mut n_triangles = 0;
-    let mut n_subdivided = 0;
+    let (mut n_subdivided, mut n_segments, mut n_points) = (0, 0, 0);
     for key in 0..2500 {
         let random = &mut Random { key, n: 0 };
         let arrays = [Arrays::new(random), Arrays::new(random)];
@@ -222,6 +283,10 @@ fn garbage_never_panics_and_never_reaches_the_scene() {
                 parent: random.below(2),
                 prototype: 1 + random.below(2),
                 parent_from_prototype: (0..random.below(4)).map(|_| transform(random)).collect(),
+                later_parent_from_prototype: (0..random.below(2))
+                    .map(|_| (0..random.below(4)).map(|_| transform(random)).collect())
+                    .collect(),
+                visibility: Visibility(random.below(8) as u8),
                 primvars: arrays[0].primvar(0).into_iter().collect(),
             });
         }
@@ -243,7 +308,10 @@ fn garbage_never_panics_and_never_reaches_the_scene() {
             left_handed: false,
             double_sided: false,
             primvars: arrays[1].primvar(0).into_iter().collect(),
+            visibility: Visibility::ALL,
         });
+        payloads.curves = vec![arrays[0].curves(&arrays[1], random)];
+        payloads.points = vec![arrays[1].spheres(&arrays[0], random)];
         let options = AssembleOptions {
             max_chunk_triangles: random.below(200) as usize,
             pixels_per_edge: random.float(),
@@ -260,7 +328,33 @@ fn garbage_never_panics_and_never_reaches_the_scene() {
             continue;
         };
         n_triangles += assembled.n_triangles;
+        for prototype in &assembled.scene.prototypes {
+            for curves in &prototype.curves {
+                n_segments += curves.segments.len();
+                let keys = std::iter::once(&curves.points).chain(&curves.later_points);
+                assert!(keys.flatten().flatten().all(|x| x.is_finite()), "{key}");
+                assert!(
+                    curves.radii.iter().all(|r| *r >= 0.0 && r.is_finite()),
+                    "{key}"
+                );
+                for n in curves.normals.iter().flatten() {
+                    let length = kilauea_math::Vec3::from_array(*n).length();
+                    assert!((length - 1.0).abs() < 1e-4, "{key}: {n:?}");
+                }
+            }
+            for points in &prototype.points {
+                n_points += points.centers.len();
+                let keys = std::iter::once(&points.centers).chain(&points.later_centers);
+                assert!(keys.flatten().flatten().all(|x| x.is_finite()), "{key}");
+                assert!(
+                    points.radii.iter().all(|r| *r > 0.0 && r.is_finite()),
+                    "{key}"
+                );
+            }
+        }
         for chunk in assembled.scene.prototypes.iter().flat_map(|p| &p.chunks) {
+            let keys = chunk.later_keys.iter().flat_map(|k| &k.positions);
+            assert!(keys.flatten().all(|x| x.is_finite()), "{key}");
             assert!(
                 chunk.positions.iter().flatten().all(|x| x.is_finite()),
                 "{key}"
@@ -281,7 +375,7 @@ fn garbage_never_panics_and_never_reaches_the_scene() {
     }
     // The garbage is not so bad that nothing is tested.
     assert!(
-        n_triangles > 100_000 && n_subdivided > 1000,
-        "{n_triangles} {n_subdivided}"
+        n_triangles > 100_000 && n_subdivided > 1000 && n_segments > 1000 && n_points > 1000,
+        "{n_triangles} {n_subdivided} {n_segments} {n_points}"
     );
 }

@@ -1,18 +1,17 @@
 //! Camera rays.
 
-use kilauea_accel::Ray;
-use kilauea_math::{DVec3, Vec2, Vec3, warp};
+use kilauea_accel::{Ray, Visibility};
+use kilauea_math::{DMat4, DVec3, Vec2, Vec3, warp};
 use kilauea_scene::{Camera, Projection};
+
+use crate::geometry::keys::key_before;
 
 /// The camera, ready to make rays in engine space.
 #[derive(Clone, Debug)]
 pub(crate) struct RayGenerator {
     projection: Projection,
-    /// Engine-space eye and camera axes; the axes may be scaled.
-    eye: Vec3,
-    right: Vec3,
-    up: Vec3,
-    forward: Vec3,
+    /// By motion key.
+    poses: Vec<Pose>,
     window: [f32; 4],
     resolution: Vec2,
     lens_radius: f32,
@@ -22,6 +21,42 @@ pub(crate) struct RayGenerator {
     spread: f32,
     /// Width of a pixel at the camera.
     width: f32,
+}
+
+/// Eye and unit axes of the camera, engine space.
+#[derive(Clone, Copy, Debug)]
+struct Pose {
+    eye: Vec3,
+    right: Vec3,
+    up: Vec3,
+    forward: Vec3,
+}
+
+impl Pose {
+    fn new(world_from_camera: &DMat4, origin_world: DVec3) -> Self {
+        let m = world_from_camera;
+        let axis = |v: DVec3| m.transform_vector3(v).as_vec3();
+        Self {
+            eye: (m.transform_point3(DVec3::ZERO) - origin_world).as_vec3(),
+            right: axis(DVec3::X).normalize_or(Vec3::X),
+            up: axis(DVec3::Y).normalize_or(Vec3::Y),
+            forward: axis(DVec3::NEG_Z).normalize_or(Vec3::NEG_Z),
+        }
+    }
+
+    /// The pose between two keys; the camera stays rigid.
+    fn toward(&self, next: &Self, share: f32) -> Self {
+        let mix = |a: Vec3, b: Vec3| a * (1.0 - share) + b * share;
+        let forward = mix(self.forward, next.forward).normalize_or(self.forward);
+        let right = mix(self.right, next.right).reject_from_normalized(forward);
+        let right = right.normalize_or(self.right);
+        Self {
+            eye: mix(self.eye, next.eye),
+            right,
+            up: right.cross(forward),
+            forward,
+        }
+    }
 }
 
 /// A camera ray; `ray.dir` has unit length.
@@ -36,8 +71,8 @@ pub(crate) struct CameraRay {
 impl RayGenerator {
     /// `origin_world` is the world-space point at the origin of engine space.
     pub(crate) fn new(camera: &Camera, resolution: [u32; 2], origin_world: DVec3) -> Self {
-        let m = camera.world_from_camera;
-        let axis = |v: DVec3| m.transform_vector3(v).as_vec3();
+        let later = &camera.later_world_from_camera;
+        let keys = std::iter::once(&camera.world_from_camera).chain(later);
         let [left, bottom, right, top] = camera.screen_window.map(|x| x as f32);
         let resolution = Vec2::new(resolution[0] as f32, resolution[1] as f32);
         let pixel = ((right - left) / resolution.x)
@@ -49,10 +84,7 @@ impl RayGenerator {
         };
         Self {
             projection: camera.projection,
-            eye: (m.transform_point3(DVec3::ZERO) - origin_world).as_vec3(),
-            right: axis(DVec3::X).normalize_or(Vec3::X),
-            up: axis(DVec3::Y).normalize_or(Vec3::Y),
-            forward: axis(DVec3::NEG_Z).normalize_or(Vec3::NEG_Z),
+            poses: keys.map(|key| Pose::new(key, origin_world)).collect(),
             window: [left, bottom, right, top],
             resolution,
             lens_radius: camera.lens_radius as f32,
@@ -74,9 +106,10 @@ impl RayGenerator {
         self.lens_radius > 0.0 && self.focus_distance > 0.0
     }
 
-    /// The ray through a raster point (pixels, y down) and a lens point in [0, 1)².
+    /// The ray through a raster point (pixels, y down) and a lens point in [0, 1)², at a time in
+    /// [0, 1] over the shutter.
     #[inline]
-    pub(crate) fn ray(&self, raster: Vec2, lens: Vec2) -> CameraRay {
+    pub(crate) fn ray(&self, raster: Vec2, lens: Vec2, time: f32) -> CameraRay {
         let [left, bottom, right, top] = self.window;
         let s = raster / self.resolution;
         let x = left + s.x * (right - left);
@@ -92,29 +125,41 @@ impl RayGenerator {
             origin += lens;
             toward = (in_focus - origin) / self.focus_distance;
         }
-        let unnormalized = self.right * toward.x + self.up * toward.y + self.forward;
+        let pose = self.pose(time);
+        let unnormalized = pose.right * toward.x + pose.up * toward.y + pose.forward;
         let distance_per_depth = unnormalized.length();
         CameraRay {
             ray: Ray {
-                origin: self.eye + self.right * origin.x + self.up * origin.y,
+                origin: pose.eye + pose.right * origin.x + pose.up * origin.y,
                 dir: unnormalized / distance_per_depth,
                 t_min: self.clipping_range[0] * distance_per_depth,
                 t_max: self.clipping_range[1] * distance_per_depth,
+                time,
+                visibility: Visibility::CAMERA,
             },
             distance_per_depth,
         }
+    }
+
+    #[inline]
+    fn pose(&self, time: f32) -> Pose {
+        if let [still] = self.poses[..] {
+            return still;
+        }
+        let (before, share) = key_before(self.poses.len(), time);
+        self.poses[before].toward(&self.poses[before + 1], share)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kilauea_math::DMat4;
-
     fn camera(projection: Projection, screen_window: [f64; 4]) -> Camera {
         Camera {
             path: "/cam".into(),
             world_from_camera: DMat4::from_translation(DVec3::new(1e6, 2.0, 3.0)),
+            later_world_from_camera: Vec::new(),
+            shutter: [0.0; 2],
             projection,
             screen_window,
             lens_radius: 0.0,
@@ -128,7 +173,7 @@ mod tests {
     fn corners_of_the_window_map_to_corners_of_the_raster() {
         let c = camera(Projection::Perspective, [-0.25, -0.5, 0.75, 0.5]);
         let g = RayGenerator::new(&c, [100, 100], DVec3::new(1e6, 0.0, 0.0));
-        let upper_left = g.ray(Vec2::ZERO, Vec2::ZERO);
+        let upper_left = g.ray(Vec2::ZERO, Vec2::ZERO, 0.0);
         assert!(upper_left.ray.origin.distance(Vec3::new(0.0, 2.0, 3.0)) < 1e-6);
         let d = upper_left.ray.dir * upper_left.distance_per_depth;
         assert!(d.distance(Vec3::new(-0.25, 0.5, -1.0)) < 1e-6, "{d}");
@@ -138,7 +183,7 @@ mod tests {
     fn orthographic_rays_are_parallel() {
         let c = camera(Projection::Orthographic, [-2.0, -1.0, 2.0, 1.0]);
         let g = RayGenerator::new(&c, [4, 2], DVec3::new(1e6, 0.0, 0.0));
-        let r = g.ray(Vec2::new(4.0, 2.0), Vec2::ZERO).ray;
+        let r = g.ray(Vec2::new(4.0, 2.0), Vec2::ZERO, 0.0).ray;
         assert!(r.origin.distance(Vec3::new(2.0, 1.0, 3.0)) < 1e-6);
         assert_eq!(r.dir, Vec3::NEG_Z);
     }
@@ -149,10 +194,31 @@ mod tests {
         (c.lens_radius, c.focus_distance) = (0.2, 5.0);
         let g = RayGenerator::new(&c, [10, 10], DVec3::new(1e6, 0.0, 0.0));
         let at_focus = |lens| {
-            let r = g.ray(Vec2::new(2.0, 7.0), lens);
+            let r = g.ray(Vec2::new(2.0, 7.0), lens, 0.0);
             r.ray.origin + r.ray.dir * r.distance_per_depth * 5.0
         };
         let d = at_focus(Vec2::new(0.9, 0.1)).distance(at_focus(Vec2::new(0.2, 0.6)));
         assert!(d < 1e-5, "{d}");
+    }
+
+    #[test]
+    fn moving_cameras_pass_through_their_keys() {
+        let mut c = camera(Projection::Perspective, [-0.5, -0.5, 0.5, 0.5]);
+        c.world_from_camera = DMat4::IDENTITY;
+        let quarter_turn = DMat4::from_rotation_y(std::f64::consts::FRAC_PI_2);
+        c.later_world_from_camera = vec![
+            DMat4::from_translation(DVec3::X),
+            DMat4::from_translation(DVec3::X * 5.0) * quarter_turn,
+        ];
+        let g = RayGenerator::new(&c, [10, 10], DVec3::ZERO);
+        let center = |time| g.ray(Vec2::splat(5.0), Vec2::ZERO, time).ray;
+        assert_eq!(center(0.25).origin, Vec3::X * 0.5);
+        assert_eq!(center(0.25).dir, Vec3::NEG_Z);
+        assert!(center(1.0).origin.distance(Vec3::X * 5.0) < 1e-6);
+        assert!(center(1.0).dir.distance(Vec3::NEG_X) < 1e-6);
+        let between = center(0.75);
+        assert!(between.origin.distance(Vec3::X * 3.0) < 1e-6);
+        assert!(between.dir.distance(Vec3::new(-1.0, 0.0, -1.0).normalize()) < 1e-6);
+        assert_eq!(between.time, 0.75);
     }
 }

@@ -293,7 +293,12 @@ impl Frame {
                 } else {
                     Vec2::splat(0.5)
                 };
-                let ray = self.camera.ray(center + offset, lens);
+                let time = if self.needs.motion {
+                    sampler.pair(Purpose::Time).x
+                } else {
+                    0.0
+                };
+                let ray = self.camera.ray(center + offset, lens, time);
                 let mut sample = integrator.trace::<CUTOUTS>(&ray, &self.camera, &sampler, counts);
                 sample.offset_sq = offset.length_squared();
                 if exposure != 1.0 {
@@ -324,7 +329,6 @@ impl Frame {
             .unwrap_or(n_passes);
         let (needs, skipped) = self.needs.names();
         let scene = &prepared.scene;
-        let chunks = || scene.prototypes.iter().flat_map(|p| &p.chunks);
         let tiles = prepared.textures.stats();
         let samples = self.film.n_samples();
         let mut warnings = prepared.warnings.clone();
@@ -365,12 +369,9 @@ impl Frame {
                 bytes_read: tiles.bytes_read,
             },
             scene: SceneSize {
-                unique_triangles: chunks().map(|c| c.triangles.len() as u64).sum(),
-                chunks: chunks().count() as u64,
-                prototypes: scene.prototypes.len() as u64,
                 placements: prepared.geometry.n_placements() as u64,
                 lights: prepared.lights.len() as u64,
-                materials: scene.materials.len() as u64,
+                ..SceneSize::of(scene)
             },
             needs,
             skipped,

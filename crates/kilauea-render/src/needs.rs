@@ -4,7 +4,8 @@ use serde::Serialize;
 
 use crate::geometry::Geometry;
 use crate::light::Lights;
-use kilauea_scene::Scene;
+use kilauea_scene::{Prototype, Scene, Visibility};
+use shaders::Shader;
 
 /// Features that cost time per ray or per shade.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -19,7 +20,7 @@ pub struct SceneNeeds {
     pub lights: bool,
     /// Rays can meet lights that are not meshes.
     pub area_lights: bool,
-    /// Some mesh emits.
+    /// Some surface emits.
     pub mesh_lights: bool,
     /// Light comes from infinity.
     pub infinite_lights: bool,
@@ -27,6 +28,14 @@ pub struct SceneNeeds {
     pub textures: bool,
     /// Prototypes are placed.
     pub instances: bool,
+    /// Something moves while the shutter is open.
+    pub motion: bool,
+    /// There are curves.
+    pub curves: bool,
+    /// There are points.
+    pub points: bool,
+    /// Some rays do not meet something.
+    pub masks: bool,
     /// The camera has a lens.
     pub lens: bool,
 }
@@ -41,31 +50,40 @@ impl SceneNeeds {
         infinite_lights: true,
         textures: true,
         instances: true,
+        motion: true,
+        curves: true,
+        points: true,
+        masks: true,
         lens: true,
     };
 
     /// What `scene` uses.
     pub fn of(scene: &Scene, geometry: &Geometry, lights: &Lights) -> Self {
-        let used = |material: usize| {
-            let in_chunk = |c: &kilauea_scene::MeshChunk| c.material as usize == material;
-            scene
-                .prototypes
-                .iter()
-                .any(|p| p.chunks.iter().any(in_chunk))
+        let prototypes = &scene.prototypes;
+        let used = |material: u32| {
+            prototypes.iter().any(|p| {
+                p.chunks.iter().any(|c| c.material == material)
+                    || p.curves.iter().any(|c| c.material == material)
+                    || p.points.iter().any(|c| c.material == material)
+            })
         };
-        let cutouts = geometry
-            .shaders()
-            .iter()
-            .enumerate()
-            .any(|(idx, shader)| !shader.is_opaque() && used(idx));
+        let any_shader = |is_such: fn(&Shader) -> bool| {
+            let mut shaders = geometry.shaders().iter().zip(0..);
+            shaders.any(|(shader, idx)| is_such(shader) && used(idx))
+        };
         Self {
-            cutouts,
+            cutouts: any_shader(|shader| !shader.is_opaque()),
             lights: lights.len() > 0,
             area_lights: lights.has_area_lights(),
-            mesh_lights: lights.has_mesh_lights(),
+            mesh_lights: any_shader(Shader::is_emissive),
             infinite_lights: lights.has_infinite_lights(),
             textures: !scene.textures.is_empty(),
             instances: geometry.has_instances(),
+            motion: !scene.camera.later_world_from_camera.is_empty()
+                || prototypes.iter().any(moves),
+            curves: prototypes.iter().any(|p| !p.curves.is_empty()),
+            points: prototypes.iter().any(|p| !p.points.is_empty()),
+            masks: prototypes.iter().any(hides),
             lens: scene.camera.lens_radius > 0.0,
         }
     }
@@ -80,6 +98,10 @@ impl SceneNeeds {
             ("infinite_lights", self.infinite_lights),
             ("textures", self.textures),
             ("instances", self.instances),
+            ("motion", self.motion),
+            ("curves", self.curves),
+            ("points", self.points),
+            ("masks", self.masks),
             ("lens", self.lens),
         ];
         let (needed, skipped): (Vec<_>, Vec<_>) = flags.iter().partition(|(_, is_on)| *is_on);
@@ -87,4 +109,25 @@ impl SceneNeeds {
             |flags: Vec<&(&'static str, bool)>| flags.iter().map(|(name, _)| *name).collect();
         (names(needed), names(skipped))
     }
+}
+
+/// Whether anything in a prototype moves while the shutter is open.
+fn moves(prototype: &Prototype) -> bool {
+    let instances = &prototype.instances;
+    prototype.chunks.iter().any(|c| !c.later_keys.is_empty())
+        || prototype.curves.iter().any(|c| !c.later_points.is_empty())
+        || prototype.points.iter().any(|c| !c.later_centers.is_empty())
+        || instances
+            .iter()
+            .any(|i| !i.later_parent_from_prototype.is_empty())
+}
+
+/// Whether some rays do not meet something in a prototype.
+fn hides(prototype: &Prototype) -> bool {
+    let meshes = prototype.chunks.iter().map(|c| c.visibility);
+    let curves = prototype.curves.iter().map(|c| c.visibility);
+    let points = prototype.points.iter().map(|c| c.visibility);
+    let instances = prototype.instances.iter().map(|i| i.visibility);
+    let mut all = meshes.chain(curves).chain(points).chain(instances);
+    all.any(|visibility| visibility != Visibility::ALL)
 }

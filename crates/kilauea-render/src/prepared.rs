@@ -64,10 +64,16 @@ impl PreparedScene {
         let n_rejected = geometry.accel().n_rejected();
         if n_rejected > 0 {
             warnings.push(format!(
-                "{n_rejected} degenerate triangles or placements were left out"
+                "{n_rejected} degenerate surfaces or placements were left out"
             ));
         }
         let lights = Lights::new(&scene, &geometry, &textures);
+        for prim_idx in lights.unsampled_prims() {
+            let path = scene.prim_paths.get(prim_idx as usize);
+            let path = path.map_or("<unknown prim>", String::as_str);
+            let what = "emits and moves: its light is found by chance only";
+            warnings.push(format!("{path}: {what}"));
+        }
         let needs = SceneNeeds::of(&scene, &geometry, &lights);
         Ok(Self {
             scene,

@@ -16,6 +16,7 @@ pub(crate) struct SamplerTables {
     seed: u32,
     log2_samples: u32,
     pairs: Vec<PairKeys>,
+    time: PairKeys,
 }
 
 /// Scrambling of one pair of dimensions.
@@ -50,6 +51,8 @@ pub(crate) enum Purpose {
     Filter,
     /// Point on the lens.
     Lens,
+    /// When, while the shutter is open; only x is used.
+    Time,
     /// Point on a light, at the vertex after so many bounces.
     Light(u32),
     /// Direction that a path takes.
@@ -58,9 +61,13 @@ pub(crate) enum Purpose {
     Choice(u32),
 }
 
+/// Stands apart, so that it moves no other dimension.
+const TIME_PAIR: u32 = u32::MAX;
+
 impl Purpose {
     fn pair(self) -> u32 {
         match self {
+            Self::Time => TIME_PAIR,
             Self::Filter => 0,
             Self::Lens => 1,
             Self::Light(bounce) => 2 + 3 * bounce,
@@ -86,6 +93,7 @@ impl SamplerTables {
             seed,
             log2_samples: samples_per_pixel.next_power_of_two().trailing_zeros(),
             pairs: (0..n_pairs).map(keys).collect(),
+            time: keys(TIME_PAIR),
         }
     }
 
@@ -119,7 +127,10 @@ impl Sampler<'_> {
     /// Two numbers, each in [0, 1).
     #[inline]
     pub(crate) fn pair(&self, purpose: Purpose) -> Vec2 {
-        let keys = &self.tables.pairs[purpose.pair() as usize];
+        let keys = match purpose {
+            Purpose::Time => &self.tables.time,
+            _ => &self.tables.pairs[purpose.pair() as usize],
+        };
         let shuffled =
             scramble_reversed(self.reversed_index, keys.index ^ self.above).reverse_bits();
         let x = scramble_reversed(shuffled, keys.x);
@@ -217,7 +228,7 @@ mod tests {
         let tables = SamplerTables::new(64, 3, 7);
         for pixel in [[0, 0], [5, 9], [-3, 70]] {
             let sequence = tables.pixel(pixel);
-            for purpose in [Purpose::Filter, Purpose::Light(0), Purpose::Choice(3)] {
+            for purpose in [Purpose::Filter, Purpose::Time, Purpose::Choice(3)] {
                 let points: Vec<Vec2> =
                     (0..64).map(|i| sequence.sampler(i).pair(purpose)).collect();
                 check_is_net(&points);

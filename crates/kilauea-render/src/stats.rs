@@ -1,5 +1,6 @@
 //! What a render reports: times, rays, memory, and what was skipped.
 
+use kilauea_scene::Scene;
 use serde::Serialize;
 
 use crate::integrator::RayCounts;
@@ -113,7 +114,11 @@ pub struct Textures {
 pub struct SceneSize {
     /// Triangles, each prototype once.
     pub unique_triangles: u64,
-    /// Mesh chunks.
+    /// Curve segments, each prototype once.
+    pub unique_segments: u64,
+    /// Points, each prototype once.
+    pub unique_points: u64,
+    /// Chunks of any kind.
     pub chunks: u64,
     /// Prototypes.
     pub prototypes: u64,
@@ -123,6 +128,28 @@ pub struct SceneSize {
     pub lights: u64,
     /// Materials.
     pub materials: u64,
+}
+
+impl SceneSize {
+    /// What the scene alone tells: not its placements and lights.
+    pub(crate) fn of(scene: &Scene) -> Self {
+        let mut size = Self {
+            prototypes: scene.prototypes.len() as u64,
+            materials: scene.materials.len() as u64,
+            ..Self::default()
+        };
+        for prototype in &scene.prototypes {
+            let n_triangles: usize = prototype.chunks.iter().map(|c| c.triangles.len()).sum();
+            let n_segments: usize = prototype.curves.iter().map(|c| c.segments.len()).sum();
+            let n_points: usize = prototype.points.iter().map(|c| c.centers.len()).sum();
+            let n_chunks = prototype.chunks.len() + prototype.curves.len() + prototype.points.len();
+            size.unique_triangles += n_triangles as u64;
+            size.unique_segments += n_segments as u64;
+            size.unique_points += n_points as u64;
+            size.chunks += n_chunks as u64;
+        }
+        size
+    }
 }
 
 /// Highest resident size of this process in bytes; 0 where the system does not tell.

@@ -9,6 +9,14 @@ pub struct Camera {
     pub path: String,
     /// From camera space to world space, column vectors.
     pub world_from_camera: DMat4,
+    /// The same at the later motion keys, evenly spaced over the shutter and linear in between;
+    /// empty where the camera stands still. `world_from_camera` is the first key then.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub later_world_from_camera: Vec<DMat4>,
+    /// When the shutter opens and closes, in time codes relative to the frame; equal where nothing
+    /// blurs. All motion keys of a scene span this interval.
+    #[serde(default)]
+    pub shutter: [f64; 2],
     /// How the screen window maps to rays.
     pub projection: Projection,
     /// (left, bottom, right, top) of the display window: on the plane at distance one for

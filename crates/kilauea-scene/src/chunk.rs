@@ -1,6 +1,9 @@
 use kilauea_math::{Bounds3, Vec3};
 use serde::{Deserialize, Serialize};
 
+use crate::Visibility;
+use crate::attribute::{Attribute, n_bytes};
+
 /// A self-contained piece of triangle mesh with one material: the unit that is built, traced,
 /// shaded, and sent to other machines.
 ///
@@ -13,7 +16,7 @@ pub struct MeshChunk {
     pub prim_idx: u32,
     /// Index into [`crate::Scene::materials`].
     pub material: u32,
-    /// `n_vertices` points.
+    /// `n_vertices` points, at the first motion key.
     pub positions: Vec<[f32; 3]>,
     /// Indices of the three vertices of each triangle.
     pub triangles: Vec<[u32; 3]>,
@@ -23,6 +26,20 @@ pub struct MeshChunk {
     pub attributes: Vec<Attribute>,
     /// Whether the back side may be seen; false only permits culling, which we never do.
     pub double_sided: bool,
+    /// The later motion keys, evenly spaced over the shutter and linear in between; empty where
+    /// the mesh stands still.
+    pub later_keys: Vec<MeshKey>,
+    /// Which rays meet the mesh.
+    pub visibility: Visibility,
+}
+
+/// A mesh at a motion key after the first.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MeshKey {
+    /// `n_vertices` points.
+    pub positions: Vec<[f32; 3]>,
+    /// `n_vertices` unit shading normals; present where the chunk's are.
+    pub normals: Option<Vec<[f32; 3]>>,
 }
 
 impl MeshChunk {
@@ -32,41 +49,21 @@ impl MeshChunk {
         self.triangles[triangle_idx].map(|v| Vec3::from_array(self.positions[v as usize]))
     }
 
-    /// The box around all vertices.
+    /// The box around all vertices at all times.
     pub fn bounds(&self) -> Bounds3 {
-        Bounds3::from_points(self.positions.iter().map(|&p| Vec3::from_array(p)))
+        let keys = self.later_keys.iter().map(|key| &key.positions);
+        let positions = std::iter::once(&self.positions).chain(keys).flatten();
+        Bounds3::from_points(positions.map(|&p| Vec3::from_array(p)))
     }
 
     /// Bytes held by the arrays.
     pub fn n_bytes(&self) -> usize {
-        let attributes: usize = self.attributes.iter().map(|a| 4 * a.data.len()).sum();
-        12 * (self.positions.len() + self.triangles.len())
-            + 12 * self.normals.as_ref().map_or(0, Vec::len)
-            + attributes
+        let triples = |positions: &Vec<_>, normals: &Option<Vec<_>>| {
+            positions.len() + normals.as_ref().map_or(0, Vec::len)
+        };
+        let keys = self.later_keys.iter();
+        let later: usize = keys.map(|key| triples(&key.positions, &key.normals)).sum();
+        12 * (triples(&self.positions, &self.normals) + later + self.triangles.len())
+            + n_bytes(&self.attributes)
     }
-}
-
-/// How an [`Attribute`] varies over a chunk.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub enum Interpolation {
-    /// One value.
-    Constant,
-    /// One value per triangle.
-    Uniform,
-    /// One value per vertex, linear in between.
-    Vertex,
-}
-
-/// A primvar: `width` floats per value, values as [`Interpolation`] counts them.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Attribute {
-    /// Name without the `primvars:` prefix.
-    pub name: String,
-    /// Floats per value, 1 to 4.
-    pub width: u8,
-    /// How values map to the chunk.
-    pub interpolation: Interpolation,
-    /// The values, `width` floats each.
-    pub data: Vec<f32>,
 }

@@ -1,5 +1,6 @@
 use kilauea_math::DVec3;
 
+use crate::prototype_check::check_prototypes;
 use crate::{Camera, Light, Material, Prototype, SceneError, TextureSource};
 
 /// Everything a frame needs; immutable while it renders.
@@ -25,72 +26,15 @@ pub struct Scene {
 impl Scene {
     /// Checks every index and number that the engine relies on.
     pub fn validate(&self) -> Result<(), SceneError> {
-        self.check_prototypes()?;
+        check_prototypes(self)?;
+        self.check_acyclic()?;
         self.check_materials()?;
         self.check_lights()
     }
 
     /// Bytes of all chunk arrays.
     pub fn n_bytes(&self) -> usize {
-        self.prototypes
-            .iter()
-            .flat_map(|p| &p.chunks)
-            .map(crate::MeshChunk::n_bytes)
-            .sum()
-    }
-
-    fn check_prototypes(&self) -> Result<(), SceneError> {
-        for prototype in &self.prototypes {
-            for chunk in &prototype.chunks {
-                let path = || self.prim_path(chunk.prim_idx);
-                if chunk.material as usize >= self.materials.len() {
-                    return Err(SceneError::Index {
-                        path: path(),
-                        attribute: "material".into(),
-                        at: 0,
-                        value: chunk.material.into(),
-                        limit: self.materials.len(),
-                    });
-                }
-                let n = chunk.positions.len();
-                if let Some(at) = chunk
-                    .triangles
-                    .iter()
-                    .flatten()
-                    .position(|&v| v as usize >= n)
-                {
-                    return Err(SceneError::Index {
-                        path: path(),
-                        attribute: "triangles".into(),
-                        at,
-                        value: chunk.triangles[at / 3][at % 3].into(),
-                        limit: n,
-                    });
-                }
-                if let Some(normals) = &chunk.normals
-                    && normals.len() != n
-                {
-                    return Err(SceneError::Count {
-                        path: path(),
-                        attribute: "normals".into(),
-                        found: normals.len(),
-                        expected: n,
-                    });
-                }
-            }
-            for instances in &prototype.instances {
-                if instances.prototype as usize >= self.prototypes.len() {
-                    return Err(SceneError::Index {
-                        path: prototype.path.clone(),
-                        attribute: "instances".into(),
-                        at: 0,
-                        value: instances.prototype.into(),
-                        limit: self.prototypes.len(),
-                    });
-                }
-            }
-        }
-        self.check_acyclic()
+        self.prototypes.iter().map(Prototype::n_bytes).sum()
     }
 
     fn check_acyclic(&self) -> Result<(), SceneError> {
@@ -177,12 +121,5 @@ impl Scene {
             }
         }
         Ok(())
-    }
-
-    fn prim_path(&self, prim_idx: u32) -> String {
-        self.prim_paths
-            .get(prim_idx as usize)
-            .cloned()
-            .unwrap_or_else(|| format!("<prim {prim_idx}>"))
     }
 }

@@ -239,7 +239,7 @@ mod tests {
 
     use super::*;
     use crate::testing::Fixture;
-    use crate::{Input, InputValue, PrimvarLayout, ShaderInputs};
+    use crate::{Input, InputValue, ShaderInputs};
 
     const TEXELS: [Channels; 4] = [
         [1.0, 0.0, 0.0, 0.1],
@@ -287,7 +287,7 @@ mod tests {
         let material = material(nodes, Channel::Rgb);
         let mut compiler = GraphCompiler::new(&material);
         let pattern = compiler.compile(material.nodes.len() as u32 - 1).unwrap();
-        fixture.slots = PrimvarLayout::resolve(&compiler.primvars, &fixture.chunk, &[]);
+        fixture.slots = fixture.resolve(&compiler.primvars, &[]);
         pattern.eval(&fixture.surface())
     }
 
@@ -461,7 +461,7 @@ mod tests {
             width: 2,
             data: vec![1.0, 2.0, 3.0, 4.0],
         }];
-        fixture.slots = PrimvarLayout::resolve(&primvars, &fixture.chunk, &instances);
+        fixture.slots = fixture.resolve(&primvars, &instances);
         let mut s = fixture.surface();
         s.instance_primvars = &instances;
         s.instance_index = 1;

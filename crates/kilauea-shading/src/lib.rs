@@ -22,6 +22,6 @@ pub use graph::Channels;
 pub use input::{Input, InputValue};
 pub use kilauea_texture::TextureStore;
 pub use parameters::{InputSummary, Parameter, ShaderInputs};
-pub use primvar::{PrimvarLayout, PrimvarSlot};
+pub use primvar::{ElementCounts, PrimvarLayout, PrimvarSlot};
 pub use shader::{ShaderError, SurfaceShader};
-pub use surface::Surface;
+pub use surface::{Element, Surface};

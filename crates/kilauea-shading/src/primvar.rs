@@ -1,4 +1,6 @@
-use kilauea_scene::{InstanceAttribute, Interpolation, MeshChunk};
+use kilauea_scene::{
+    Attribute, CurvesChunk, InstanceAttribute, Interpolation, MeshChunk, PointsChunk,
+};
 
 use crate::graph::Channels;
 
@@ -14,20 +16,58 @@ pub struct PrimvarLayout;
 pub enum PrimvarSlot {
     /// Nowhere: the reader's fallback applies.
     Missing,
-    /// Index into [`MeshChunk::attributes`].
+    /// Index into the chunk's attributes.
     Chunk(u32),
     /// Index into the per-instance primvars.
     Instance(u32),
 }
 
+/// How many values the attributes of a chunk must have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ElementCounts {
+    /// Triangles or segments.
+    pub uniform: usize,
+    /// Vertices, control points or points.
+    pub vertex: usize,
+}
+
+impl From<&MeshChunk> for ElementCounts {
+    fn from(chunk: &MeshChunk) -> Self {
+        Self {
+            uniform: chunk.triangles.len(),
+            vertex: chunk.positions.len(),
+        }
+    }
+}
+
+impl From<&CurvesChunk> for ElementCounts {
+    fn from(chunk: &CurvesChunk) -> Self {
+        Self {
+            uniform: chunk.segments.len(),
+            vertex: chunk.points.len(),
+        }
+    }
+}
+
+impl From<&PointsChunk> for ElementCounts {
+    fn from(chunk: &PointsChunk) -> Self {
+        let n = chunk.centers.len();
+        Self {
+            uniform: n,
+            vertex: n,
+        }
+    }
+}
+
 impl PrimvarLayout {
-    /// Finds each of `names` (a shader's primvars, in slot order) on the chunk or its instances;
+    /// Finds each of `names` (a shader's primvars, in slot order) on a chunk or its instances;
     /// a per-instance primvar stands in for the chunk's.
     ///
     /// An attribute whose array is too short for the chunk counts as missing.
     pub fn resolve(
         names: &[String],
-        chunk: &MeshChunk,
+        attributes: &[Attribute],
+        counts: ElementCounts,
         instance_attributes: &[InstanceAttribute],
     ) -> Vec<PrimvarSlot> {
         let find = |name: &String| {
@@ -36,10 +76,9 @@ impl PrimvarLayout {
                 .position(|a| a.name == *name && (1..=4).contains(&a.width))
                 .map(|idx| PrimvarSlot::Instance(idx as u32));
             let on_chunk = || {
-                chunk
-                    .attributes
+                attributes
                     .iter()
-                    .position(|a| a.name == *name && is_complete(a, chunk))
+                    .position(|a| a.name == *name && is_complete(a, counts))
                     .map(|idx| PrimvarSlot::Chunk(idx as u32))
             };
             on_instances
@@ -50,11 +89,11 @@ impl PrimvarLayout {
     }
 }
 
-fn is_complete(attribute: &kilauea_scene::Attribute, chunk: &MeshChunk) -> bool {
+fn is_complete(attribute: &Attribute, counts: ElementCounts) -> bool {
     let n_values = match attribute.interpolation {
         Interpolation::Constant => 1,
-        Interpolation::Uniform => chunk.triangles.len(),
-        Interpolation::Vertex => chunk.positions.len(),
+        Interpolation::Uniform => counts.uniform,
+        Interpolation::Vertex => counts.vertex,
     };
     let width = attribute.width as usize;
     (1..=4).contains(&width) && attribute.data.len() >= n_values * width

@@ -3,9 +3,11 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use kilauea_math::{Vec2, Vec3};
-use kilauea_scene::{Attribute, Interpolation, MeshChunk, TextureFile, TextureSource, Wrap};
+use kilauea_scene::{
+    Attribute, InstanceAttribute, Interpolation, MeshChunk, TextureFile, TextureSource, Wrap,
+};
 
-use crate::{PrimvarLayout, PrimvarSlot, Surface, TextureStore};
+use crate::{Element, ElementCounts, PrimvarLayout, PrimvarSlot, Surface, TextureStore};
 
 /// Owns what a [`Surface`] borrows.
 pub(crate) struct Fixture {
@@ -33,11 +35,13 @@ impl Fixture {
             }],
             ..MeshChunk::default()
         };
-        Self {
-            slots: PrimvarLayout::resolve(&["st".into()], &chunk, &[]),
+        let mut fixture = Self {
+            slots: Vec::new(),
             chunk,
             textures: TextureStore::open(&[], 0).0,
-        }
+        };
+        fixture.slots = fixture.resolve(&["st".into()], &[]);
+        fixture
     }
 
     /// The same with texture 0 a 2 by 2 image, rows from the lowest up, and texture 1 missing.
@@ -74,6 +78,16 @@ impl Fixture {
         }
     }
 
+    /// Slots of primvars by their names.
+    pub(crate) fn resolve(
+        &self,
+        names: &[String],
+        instances: &[InstanceAttribute],
+    ) -> Vec<PrimvarSlot> {
+        let counts = ElementCounts::from(&self.chunk);
+        PrimvarLayout::resolve(names, &self.chunk.attributes, counts, instances)
+    }
+
     pub(crate) fn surface(&self) -> Surface<'_> {
         let corners = self.chunk.corners(0);
         let [a, b, c] = corners;
@@ -86,8 +100,8 @@ impl Fixture {
             wo: ng,
             corners,
             barycentrics,
-            chunk: &self.chunk,
-            triangle: 0,
+            attributes: &self.chunk.attributes,
+            element: Element::triangle(&self.chunk, 0),
             primvars: &self.slots,
             instance_primvars: &[],
             instance_index: 0,

@@ -10,7 +10,9 @@ use std::collections::BTreeMap;
 use checker::Checker;
 use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_scene::{Attribute, Channel, Input, Interpolation, Material, MeshChunk, Node};
-use kilauea_shading::{PrimvarLayout, ShaderInputs, Surface, SurfaceShader, TextureStore};
+use kilauea_shading::{
+    Element, ElementCounts, PrimvarLayout, ShaderInputs, Surface, SurfaceShader, TextureStore,
+};
 
 /// A material whose `st` is the primvar of that name.
 fn material(constants: &[(&str, [f32; 4])]) -> Material {
@@ -63,9 +65,14 @@ fn albedo_at(material: &Material, barycentrics: Vec2) -> Spectrum {
         wo: Vec3::Z,
         corners: chunk.corners(0),
         barycentrics,
-        chunk: &chunk,
-        triangle: 0,
-        primvars: &PrimvarLayout::resolve(&summary.primvars, &chunk, &[]),
+        attributes: &chunk.attributes,
+        element: Element::triangle(&chunk, 0),
+        primvars: &PrimvarLayout::resolve(
+            &summary.primvars,
+            &chunk.attributes,
+            ElementCounts::from(&chunk),
+            &[],
+        ),
         instance_primvars: &[],
         instance_index: 0,
         footprint: 0.0,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 
-from kilauea.benchmarks import error, load, samples
+from kilauea.benchmarks import error, load, rays, samples
 
 SUBCOMMANDS = {
     "samples": (samples, "camera paths per second against Cycles and Mitsuba"),
+    "rays": (rays, "rays per second on one thread against Embree, and building of trees"),
     "load": (load, "time and memory from the stage to the first ray, against Blender"),
     "error": (error, "error against time, and its slope"),
 }

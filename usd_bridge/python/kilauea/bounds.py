@@ -17,7 +17,10 @@ _EMPTY: Box = np.array([[np.inf] * 3, [-np.inf] * 3])
 
 
 def world_bounds(frame: payload.Frame) -> Box | None:
-    """Return the box around the control points and shapes of a frame; None without any."""
+    """Return the box around the control points and shapes of a frame; None without any.
+
+    Motion plays no part: only frames without a camera, and so without a shutter, are framed.
+    """
     box = _Bounds(frame).of_prototype(payload.WORLD)
     return box if np.isfinite(box).all() else None
 
@@ -30,6 +33,14 @@ class _Bounds:
         for mesh in frame.meshes:
             box = _transformed(_points_box(mesh.points), mesh.prototype_from_mesh)
             self._own.setdefault(mesh.prototype, []).append(box)
+        for curves in frame.curves:
+            box = _widened(_points_box(curves.points), curves.widths)
+            box = _transformed(box, curves.prototype_from_curves)
+            self._own.setdefault(curves.prototype, []).append(box)
+        for cloud in frame.points:
+            box = _widened(_points_box(cloud.points), cloud.widths)
+            box = _transformed(box, cloud.prototype_from_points)
+            self._own.setdefault(cloud.prototype, []).append(box)
         for shape in frame.implicits:
             box = _transformed(_shape_box(shape), shape.prototype_from_mesh)
             self._own.setdefault(shape.prototype, []).append(box)
@@ -51,6 +62,13 @@ def _points_box(points: Any) -> Box:
     if not len(finite):
         return _EMPTY
     return np.array([finite.min(axis=0), finite.max(axis=0)], np.float64)
+
+
+def _widened(box: Box, widths: payload.Primvar | None) -> Box:
+    """Widen a box by half of the largest width, which is 1 where there are none."""
+    finite = np.ones(1) if widths is None else widths.values[np.isfinite(widths.values)]
+    radius = max(float(finite.max(initial=0.0)), 0.0) / 2
+    return box + np.array([[-radius], [radius]])
 
 
 def _shape_box(shape: payload.Implicit) -> Box:

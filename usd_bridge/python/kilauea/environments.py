@@ -52,15 +52,16 @@ class Environment:
             return Path(named)
         folder = cache_folder() / self.folder
         python = folder / "bin" / "python"
-        if not self._is_complete(folder):
+        if not self.is_complete():
             with _locked(folder.with_suffix(".lock")):
                 # Another process may have made it while this one waited.
-                if not self._is_complete(folder):
+                if not self.is_complete():
                     self._make(folder, python)
         return python
 
-    def _is_complete(self, folder: Path) -> bool:
-        """Whether pip has finished: it writes RECORD last."""
+    def is_complete(self) -> bool:
+        """Whether the environment is there and pip has finished: it writes RECORD last."""
+        folder = cache_folder() / self.folder
         record = f"lib/python*/site-packages/{self.package}-{self.version}.dist-info/RECORD"
         return any(folder.glob(record))
 
@@ -84,6 +85,8 @@ class Environment:
 
 
 CYCLES = Environment("reference-env", "bpy", "5.0.1", (3, 11), "KILAUEA_REFERENCE_PYTHON")
+EMBREE = Environment("embree-env", "embreex", "4.4.0.post1", None, "KILAUEA_EMBREE_PYTHON")
+"""The package holds Embree as a shared library, which is all that we use of it."""
 MITSUBA = Environment("mitsuba-env", "mitsuba", "3.9.1", None, "KILAUEA_MITSUBA_PYTHON")
 
 

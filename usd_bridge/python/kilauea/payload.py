@@ -26,6 +26,15 @@ WORLD = 0
 IDENTITY: Matrix = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
+CAMERA_RAYS = 1
+"""Rays from the camera; a bit of every `visibility`."""
+SHADOW_RAYS = 2
+"""Rays toward lights."""
+INDIRECT_RAYS = 4
+"""Rays that a surface scattered."""
+ALL_RAYS = CAMERA_RAYS | SHADOW_RAYS | INDIRECT_RAYS
+
+
 @dataclass(slots=True)
 class Primvar:
     """A primvar, or the normals of a mesh."""
@@ -67,6 +76,16 @@ class Subdivision:
 
 
 @dataclass(slots=True)
+class MeshKey:
+    """A mesh at a motion key after the first; keys are evenly spaced over the shutter."""
+
+    points: FloatArray
+    """(n, 3), as many as the mesh has."""
+    normals: Primvar | None = None
+    """Laid out as the mesh's; those of the first key when absent."""
+
+
+@dataclass(slots=True)
 class Mesh:
     """A polygon mesh or a subdivision cage, placed in a prototype."""
 
@@ -88,6 +107,10 @@ class Mesh:
     """Only those that a bound material reads."""
     subsets: list[Subset] = field(default_factory=list)
     subdivision: Subdivision | None = None
+    later_keys: list[MeshKey] = field(default_factory=list)
+    """Empty where the mesh stands still."""
+    visibility: int = ALL_RAYS
+    """Which rays meet it: a sum of `CAMERA_RAYS`, `SHADOW_RAYS` and `INDIRECT_RAYS`."""
 
 
 @dataclass(slots=True)
@@ -109,6 +132,54 @@ class Implicit:
     double_sided: bool = False
     primvars: list[Primvar] = field(default_factory=list)
     """Constant ones only."""
+    visibility: int = ALL_RAYS
+
+
+@dataclass(slots=True)
+class Curves:
+    """Curves, named and spelt as in UsdGeomBasisCurves, placed in a prototype."""
+
+    path: str
+    prototype: int
+    prototype_from_curves: Matrix
+    points: FloatArray
+    """(n, 3), at the first motion key."""
+    curve_vertex_counts: IntArray
+    curve_type: str
+    """linear or cubic."""
+    basis: str
+    """bezier, bspline or catmullRom."""
+    wrap: str
+    """nonperiodic, periodic or pinned."""
+    material: int
+    widths: Primvar | None = None
+    """Diameters; 1 when absent."""
+    normals: Primvar | None = None
+    """Makes ribbons of the curves; tubes when absent."""
+    primvars: list[Primvar] = field(default_factory=list)
+    """Only those that the material reads."""
+    later_points: list[FloatArray] = field(default_factory=list)
+    """At the later motion keys; empty where the curves stand still."""
+    visibility: int = ALL_RAYS
+
+
+@dataclass(slots=True)
+class Points:
+    """Points, each a sphere, placed in a prototype."""
+
+    path: str
+    prototype: int
+    prototype_from_points: Matrix
+    points: FloatArray
+    """(n, 3), at the first motion key."""
+    material: int
+    widths: Primvar | None = None
+    """Diameters; 1 when absent."""
+    primvars: list[Primvar] = field(default_factory=list)
+    """Only those that the material reads."""
+    later_points: list[FloatArray] = field(default_factory=list)
+    """At the later motion keys; empty where the points stand still."""
+    visibility: int = ALL_RAYS
 
 
 @dataclass(slots=True)
@@ -121,9 +192,13 @@ class Instances:
     prototype: int
     """The prototype that is placed."""
     parent_from_prototype: Any
-    """A C-contiguous float64 array (n, 4, 4), each as `Matrix`."""
+    """A C-contiguous float64 array (n, 4, 4), each as `Matrix`, at the first motion key."""
     primvars: list[Primvar] = field(default_factory=list)
     """One value per instance (`vertex`), or `constant`; they stand in for the prototype's."""
+    later_parent_from_prototype: list[Any] = field(default_factory=list)
+    """At the later motion keys; empty where the instances stand still."""
+    visibility: int = ALL_RAYS
+    """Which rays meet them, as far as the prototype lets them."""
 
 
 @dataclass(slots=True)
@@ -138,6 +213,8 @@ class Frame:
     """Prim path of each prototype; entry 0 is the world."""
     meshes: list[Mesh] = field(default_factory=list)
     implicits: list[Implicit] = field(default_factory=list)
+    curves: list[Curves] = field(default_factory=list)
+    points: list[Points] = field(default_factory=list)
     instances: list[Instances] = field(default_factory=list)
     materials: list[dict[str, Any]] = field(default_factory=list)
     """`kilauea_scene::Material` records."""

@@ -1,6 +1,6 @@
 //! Binary trees by `obvhs`.
 
-use super::soup::SoupTriangle;
+use super::pair::Pair;
 use crate::geometry::Quality;
 use kilauea_math::Vec3A;
 use obvhs::Boundable;
@@ -11,34 +11,26 @@ use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use obvhs::splits::split_aabbs_preset;
 use obvhs::triangle::Triangle;
 
-/// One triangle (or a part of a large one, in final quality) to a leaf.
-pub(crate) fn over_triangles(triangles: &[SoupTriangle], quality: Quality) -> Bvh2 {
-    let (mut boxes, indices) = match quality {
-        Quality::Preview => {
-            let boxes = triangles.iter().map(SoupTriangle::bounds).collect();
-            (boxes, all(triangles.len()))
+/// Times the mean area from which `obvhs` considers a box for splitting.
+const LEAST_TO_SPLIT: f32 = 3.0;
+
+/// One pair (or a part of a large one, in final quality) to a leaf.
+pub(crate) fn over_pairs(pairs: &[Pair], quality: Quality) -> Bvh2 {
+    match quality {
+        Quality::Preview => over_boxes(pairs, quality),
+        Quality::Final => {
+            let (boxes, pair_of_box) = presplit(pairs);
+            let mut bvh = over_boxes(&boxes, quality);
+            for index in &mut bvh.primitive_indices {
+                *index = pair_of_box[*index as usize];
+            }
+            bvh
         }
-        Quality::Final => presplit(triangles),
-    };
-    for (bounds, &index) in boxes.iter_mut().zip(&indices) {
-        *bounds = with_border(bounds, &triangles[index as usize]);
     }
-    over_boxes(&boxes, indices, quality)
 }
 
-/// A box around all that the triangle test may take for the triangle.
-///
-/// Lines that pass between two triangles are given to one of them by edge functions whose corners
-/// are rounded. Errors in proportion to the distance from the ray's origin are covered by the
-/// slack of the reciprocal direction in the box test, those in proportion to the edges by this.
-/// Were the box any tighter, a line given to this triangle could pass its box, and leak.
-fn with_border(bounds: &Aabb, triangle: &SoupTriangle) -> Aabb {
-    let border = Vec3A::splat(4.0 * f32::EPSILON * triangle.longest_edge());
-    Aabb::new(bounds.min - border, bounds.max + border)
-}
-
-/// One primitive to a leaf; `indices` names the primitive of each box.
-pub(crate) fn over_boxes<T: Boundable>(boxes: &[T], indices: Vec<u32>, quality: Quality) -> Bvh2 {
+/// One box to a leaf.
+pub(crate) fn over_boxes<T: Boundable>(boxes: &[T], quality: Quality) -> Bvh2 {
     let (search, first_depth, precision, reinsertion) = match quality {
         Quality::Preview => (PlocSearchDistance::Medium, 3, SortPrecision::U64, 0.05),
         Quality::Final => (PlocSearchDistance::Medium, 1, SortPrecision::U128, 1.0),
@@ -46,7 +38,7 @@ pub(crate) fn over_boxes<T: Boundable>(boxes: &[T], indices: Vec<u32>, quality: 
     let mut bvh = PlocBuilder::with_capacity(boxes.len()).build(
         search,
         boxes,
-        indices,
+        (0..boxes.len() as u32).collect(),
         precision,
         first_depth,
     );
@@ -54,25 +46,38 @@ pub(crate) fn over_boxes<T: Boundable>(boxes: &[T], indices: Vec<u32>, quality: 
     bvh
 }
 
-/// The numbers below `n`.
-pub(crate) fn all(n: usize) -> Vec<u32> {
-    (0..n as u32).collect()
-}
-
-/// Boxes around the triangles, several for each one much larger than most.
-fn presplit(triangles: &[SoupTriangle]) -> (Vec<Aabb>, Vec<u32>) {
-    let mut boxes: Vec<Aabb> = triangles.iter().map(SoupTriangle::bounds).collect();
-    let mut indices = all(boxes.len());
-    let corners: Vec<Triangle> = triangles
+/// Boxes around the pairs, several for each one much larger than most, and whose they are.
+fn presplit(pairs: &[Pair]) -> (Vec<Aabb>, Vec<u32>) {
+    let mut boxes = Vec::with_capacity(pairs.len());
+    // Until the end these count triangles: boxes of a pair name its first.
+    let mut indices = Vec::with_capacity(pairs.len());
+    let areas = || pairs.iter().map(|pair| pair.bounds().half_area());
+    let mean = areas().sum::<f32>() / pairs.len().max(1) as f32;
+    let largest = areas().fold(0.0, f32::max);
+    let triangles: Vec<Triangle> = pairs
         .iter()
-        .map(|t| {
-            let [v0, v1, v2] = t.v.map(Vec3A::from_array);
+        .flat_map(Pair::triangles)
+        .map(|corners| {
+            let [v0, v1, v2] = corners.map(Vec3A::from_array);
             Triangle { v0, v1, v2 }
         })
         .collect();
-    let areas = || boxes.iter().map(Aabb::half_area);
-    let mean = areas().sum::<f32>() / boxes.len().max(1) as f32;
-    let largest = areas().fold(0.0, f32::max);
-    split_aabbs_preset(&mut boxes, &mut indices, &corners, mean, largest);
+    for (i, pair) in pairs.iter().enumerate() {
+        let first = 2 * i as u32;
+        let bounds = pair.bounds();
+        if pair.is_single() || bounds.half_area() <= mean * LEAST_TO_SPLIT {
+            boxes.push(bounds);
+            indices.push(first);
+        } else {
+            for triangle in [first, first + 1] {
+                boxes.push(triangles[triangle as usize].aabb());
+                indices.push(triangle);
+            }
+        }
+    }
+    split_aabbs_preset(&mut boxes, &mut indices, &triangles, mean, largest);
+    for index in &mut indices {
+        *index /= 2;
+    }
     (boxes, indices)
 }

@@ -1,47 +1,43 @@
 //! Large soups are cut into buckets first, so that trees are built on all cores, within caches,
 //! and without scratch memory for the whole scene.
 
-use super::soup::SoupTriangle;
+use super::pair::Pair;
 use kilauea_math::Vec3A;
 use obvhs::aabb::Aabb;
 
-/// Most triangles of a bucket.
+/// Most pairs of a bucket.
 pub(crate) const MAX_BUCKET: usize = 1 << 17;
 
-/// Triangles looked at to choose a cut.
+/// Pairs looked at to choose a cut.
 const N_SAMPLES: usize = 1 << 14;
 /// Candidate cuts by axis.
 const N_BINS: usize = 32;
 
-/// Reorders the triangles into compact buckets by the surface area heuristic, and returns those.
-pub(crate) fn cut(triangles: &mut [SoupTriangle]) -> Vec<&mut [SoupTriangle]> {
-    if triangles.len() <= MAX_BUCKET {
-        return vec![triangles];
+/// Reorders the pairs into compact buckets by the surface area heuristic, and returns those.
+pub(crate) fn cut(pairs: &mut [Pair]) -> Vec<&mut [Pair]> {
+    if pairs.len() <= MAX_BUCKET {
+        return vec![pairs];
     }
-    let middle = choose_cut(triangles).map_or(0, |(axis, at)| {
-        partition(triangles, |t| t.bounds().center()[axis] < at)
+    let middle = choose_cut(pairs).map_or(0, |(axis, at)| {
+        partition(pairs, |pair| pair.bounds().center()[axis] < at)
     });
     // Where the heuristic finds nothing, or next to nothing, any halves will do.
-    let least = triangles.len() / 64;
-    let middle = if (least..triangles.len() - least).contains(&middle) {
+    let least = pairs.len() / 64;
+    let middle = if (least..pairs.len() - least).contains(&middle) {
         middle
     } else {
-        triangles.len() / 2
+        pairs.len() / 2
     };
-    let (low, high) = triangles.split_at_mut(middle);
+    let (low, high) = pairs.split_at_mut(middle);
     let (mut buckets, rest) = rayon::join(|| cut(low), || cut(high));
     buckets.extend(rest);
     buckets
 }
 
 /// The axis and coordinate of the cheapest cut, judged by a sample; none where all centers agree.
-fn choose_cut(triangles: &[SoupTriangle]) -> Option<(usize, f32)> {
-    let stride = triangles.len().div_ceil(N_SAMPLES);
-    let sample: Vec<Aabb> = triangles
-        .iter()
-        .step_by(stride)
-        .map(SoupTriangle::bounds)
-        .collect();
+fn choose_cut(pairs: &[Pair]) -> Option<(usize, f32)> {
+    let stride = pairs.len().div_ceil(N_SAMPLES);
+    let sample: Vec<Aabb> = pairs.iter().step_by(stride).map(Pair::bounds).collect();
     let (min, max) = sample
         .iter()
         .fold((Vec3A::INFINITY, Vec3A::NEG_INFINITY), |(min, max), b| {
@@ -76,14 +72,14 @@ fn choose_cut(triangles: &[SoupTriangle]) -> Option<(usize, f32)> {
 }
 
 /// Moves what `is_low` accepts to the front; returns how many that are.
-fn partition(triangles: &mut [SoupTriangle], is_low: impl Fn(&SoupTriangle) -> bool) -> usize {
-    let (mut low, mut high) = (0, triangles.len());
+fn partition(pairs: &mut [Pair], is_low: impl Fn(&Pair) -> bool) -> usize {
+    let (mut low, mut high) = (0, pairs.len());
     while low < high {
-        if is_low(&triangles[low]) {
+        if is_low(&pairs[low]) {
             low += 1;
         } else {
             high -= 1;
-            triangles.swap(low, high);
+            pairs.swap(low, high);
         }
     }
     low
@@ -92,39 +88,40 @@ fn partition(triangles: &mut [SoupTriangle], is_low: impl Fn(&SoupTriangle) -> b
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::build::soup::SoupTriangle;
 
-    fn grid(n: usize) -> Vec<SoupTriangle> {
+    fn grid(n: usize) -> Vec<Pair> {
         (0..n)
             .map(|i| {
                 let p = [(i % 997) as f32, (i / 997) as f32, 0.0];
-                SoupTriangle {
+                Pair::single(&SoupTriangle {
                     v: [p, [p[0] + 1.0, p[1], 0.0], [p[0], p[1] + 1.0, 0.0]],
                     triangle: i as u32,
                     instance: 0,
-                }
+                })
             })
             .collect()
     }
 
     #[test]
-    fn buckets_hold_every_triangle_once_and_lie_apart() {
+    fn buckets_hold_every_pair_once_and_lie_apart() {
         let n = 3 * MAX_BUCKET;
-        let mut triangles = grid(n);
-        let buckets = cut(&mut triangles);
+        let mut pairs = grid(n);
+        let buckets = cut(&mut pairs);
         assert!(
             buckets
                 .iter()
                 .all(|b| !b.is_empty() && b.len() <= MAX_BUCKET)
         );
-        let area = |b: &[SoupTriangle]| {
+        let area = |b: &[Pair]| {
             b.iter()
-                .fold(Aabb::INVALID, |a, t| a.union(&t.bounds()))
+                .fold(Aabb::INVALID, |a, pair| a.union(&pair.bounds()))
                 .half_area()
         };
         let total: f32 = buckets.iter().map(|b| area(b)).sum();
         let mut ids: Vec<u32> = buckets
             .iter()
-            .flat_map(|b| b.iter().map(|t| t.triangle))
+            .flat_map(|b| b.iter().map(|pair| pair.triangle_ids()[0]))
             .collect();
         ids.sort_unstable();
         assert!(ids.into_iter().eq(0..n as u32));
@@ -132,8 +129,8 @@ mod tests {
     }
 
     #[test]
-    fn equal_triangles_are_halved() {
-        let mut triangles = vec![grid(1)[0]; 2 * MAX_BUCKET + 1];
-        assert!(cut(&mut triangles).iter().all(|b| b.len() <= MAX_BUCKET));
+    fn equal_pairs_are_halved() {
+        let mut pairs = vec![grid(1)[0]; 2 * MAX_BUCKET + 1];
+        assert!(cut(&mut pairs).iter().all(|b| b.len() <= MAX_BUCKET));
     }
 }

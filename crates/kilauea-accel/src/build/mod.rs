@@ -2,20 +2,25 @@
 
 mod balanced;
 mod binary;
+mod blocks;
 mod buckets;
+mod pair;
+mod parts;
+mod plan;
 mod soup;
 mod top;
 mod wide;
 
-pub(crate) use soup::Soup;
+pub(crate) use plan::Plan;
 pub(crate) use top::{build_top, instance_bounds};
 
 use crate::geometry::Quality;
-use crate::node::{EMPTY, LEAF, Leaf4, Node8, STACK_CAPACITY, Tree};
+use crate::node::{EMPTY, LEAF, Node8, PairLeaf, STACK_CAPACITY, Tree};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
+use pair::Pair;
 use rayon::prelude::*;
-use soup::SoupTriangle;
+use soup::Soup;
 use wide::{WideOptions, widen};
 
 /// Stack entries kept for the tree over buckets; the rest is for the tree of one bucket.
@@ -23,8 +28,8 @@ const TOP_STACK: usize = 128;
 
 /// Builds the tree over a soup of triangles.
 pub(crate) fn build_tree(mut soup: Soup, quality: Quality) -> Tree {
-    let n_triangles = soup.triangles.len();
-    let mut trees: Vec<Tree> = buckets::cut(&mut soup.triangles)
+    let n_triangles = soup.n_triangles;
+    let mut trees: Vec<Tree> = buckets::cut(&mut soup.pairs)
         .into_par_iter()
         .map(|bucket| build_bucket(bucket, quality))
         .collect();
@@ -38,21 +43,22 @@ pub(crate) fn build_tree(mut soup: Soup, quality: Quality) -> Tree {
     tree
 }
 
-fn build_bucket(triangles: &[SoupTriangle], quality: Quality) -> Tree {
+fn build_bucket(pairs: &[Pair], quality: Quality) -> Tree {
     let options = WideOptions {
         max_leaf_size: 4,
         leaf_cost: 1.0,
+        primitive_cost: 0.0,
     };
-    let bvh = binary::over_triangles(triangles, quality);
+    let bvh = binary::over_pairs(pairs, quality);
     let (nodes, groups) = bounded_widen(bvh, options, STACK_CAPACITY - TOP_STACK, || {
-        let boxes: Vec<Aabb> = triangles.iter().map(SoupTriangle::bounds).collect();
+        let boxes: Vec<Aabb> = pairs.iter().map(Pair::bounds).collect();
         balanced::over_boxes(&boxes)
     });
-    let leaves = groups.iter().map(|group| pack_leaf(group, triangles));
+    let leaves = groups.iter().map(|group| pack_leaf(group, pairs));
     Tree {
         leaves: leaves.collect(),
         nodes,
-        n_triangles: triangles.len(),
+        n_triangles: 0,
     }
 }
 
@@ -120,34 +126,24 @@ fn bounded_widen(
     (wide.nodes, wide.leaves)
 }
 
-fn pack_leaf(group: &[u32], triangles: &[SoupTriangle]) -> Leaf4 {
-    let mut leaf = Leaf4::NONE;
+fn pack_leaf(group: &[u32], pairs: &[Pair]) -> PairLeaf {
+    let mut leaf = PairLeaf::NONE;
     for (lane, &i) in group.iter().enumerate() {
-        let triangle = &triangles[i as usize];
-        for vertex in 0..3 {
-            for axis in 0..3 {
-                leaf.v[vertex][axis][lane] = triangle.v[vertex][axis];
-            }
-        }
-        leaf.triangle[lane] = triangle.triangle;
-        leaf.instance[lane] = triangle.instance;
+        pairs[i as usize].store(&mut leaf, lane);
     }
-    leaf.error = distance_error(group.iter().map(|&i| triangles[i as usize].longest_edge()));
+    leaf.error = rounding_error(group.iter().map(|&i| pairs[i as usize].longest_edge()));
     leaf
 }
 
-/// See [`Leaf4::error`].
+/// See [`PairLeaf::error`].
 ///
 /// Let L be the longest edge, z the first corner's distance along the ray's largest axis and u the
 /// rounding unit. Sheared corners are off by at most 7u (|z| + 3L) and, where the line passes
 /// inside, no further than 2L from it. So each edge function is off by less than 70u L (|z| + 3L),
 /// and their sum weighted with distances, which differ by at most L, by three times that and the
-/// roundings of its own terms; 400u L² (|z| + 3L) has room for all.
-fn distance_error(longest_edges: impl Iterator<Item = f32>) -> [f32; 2] {
+/// roundings of its own terms; 420u L² (|z| + 3L) has room for all.
+fn rounding_error(longest_edges: impl Iterator<Item = f32>) -> [f32; 2] {
     const UNIT: f32 = f32::EPSILON * 0.5;
-    // Products of tiny triangles lose digits below this: never call their distance certain.
-    const UNDERFLOW: f32 = 1e-34;
     let longest = longest_edges.fold(0.0, f32::max);
-    let per_distance = 400.0 * UNIT * longest * longest;
-    [per_distance, 3.0 * longest * per_distance + UNDERFLOW]
+    [70.0 * UNIT * longest, longest]
 }

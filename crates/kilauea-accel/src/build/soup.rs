@@ -1,7 +1,7 @@
+use super::pair::Pair;
 use crate::geometry::Geometry;
-use kilauea_math::{DAffine3, DVec3, Vec3A};
-use obvhs::Boundable;
-use obvhs::aabb::Aabb;
+use crate::visibility::Visibility;
+use kilauea_math::{DAffine3, DVec3};
 
 /// Coordinates beyond this are refused: areas and edge functions must stay finite in `f32`.
 pub(crate) const MAX_COORDINATE: f32 = 1e13;
@@ -15,56 +15,49 @@ pub(crate) struct SoupTriangle {
 }
 
 impl SoupTriangle {
-    pub(crate) fn bounds(&self) -> Aabb {
-        Aabb::from_points(&self.v.map(Vec3A::from_array))
-    }
-
-    pub(crate) fn longest_edge(&self) -> f32 {
-        let [a, b, c] = self.v.map(Vec3A::from_array);
-        a.distance(b).max(b.distance(c)).max(c.distance(a))
-    }
-
     /// In range, and not so thin that its area is zero.
     fn is_valid(&self) -> bool {
         let in_range = self.v.iter().flatten().all(|x| x.abs() <= MAX_COORDINATE);
-        let [a, b, c] = self.v.map(|p| DVec3::from_array(p.map(f64::from)));
-        in_range && (b - a).cross(c - a) != DVec3::ZERO
+        in_range && has_area(&self.v)
     }
 }
 
-impl Boundable for SoupTriangle {
-    fn aabb(&self) -> Aabb {
-        self.bounds()
-    }
+/// Whether a triangle is not so thin that its area is zero.
+pub(crate) fn has_area(v: &[[f32; 3]; 3]) -> bool {
+    let [a, b, c] = v.map(|p| DVec3::from_array(p.map(f64::from)));
+    (b - a).cross(c - a) != DVec3::ZERO
 }
 
-/// The valid triangles of one tree.
+/// The valid still triangles of one tree, in pairs where neighbours in the mesh share an edge.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Soup {
-    pub(crate) triangles: Vec<SoupTriangle>,
+    pub(crate) pairs: Vec<Pair>,
+    /// Triangles in `pairs`.
+    pub(crate) n_triangles: usize,
     /// Triangles left out: bad index, coordinate that is not finite or too large, zero area.
     pub(crate) n_rejected: usize,
 }
 
 impl Soup {
-    /// A geometry in its own space.
-    pub(crate) fn from_geometry(geometry: &Geometry<'_>) -> Self {
+    /// What stands still and has `visibility` of a geometry, in its own space.
+    pub(crate) fn from_geometry(geometry: &Geometry<'_>, visibility: Visibility) -> Self {
         let mut soup = Self::default();
-        soup.add_with(geometry, 0, |p| p);
+        soup.add_with(geometry, visibility, 0, |p| p);
         soup
     }
 
-    /// Adds a geometry in engine space, as the placement `instance`.
+    /// Adds what stands still and has `visibility` of a geometry in engine space, as the placement
+    /// `instance`.
     pub(crate) fn add_baked(
         &mut self,
-        geometry: &Geometry<'_>,
+        (geometry, visibility): (&Geometry<'_>, Visibility),
         instance: u32,
         world_from_geometry: &DAffine3,
     ) {
         if *world_from_geometry == DAffine3::IDENTITY {
-            return self.add_with(geometry, instance, |p| p);
+            return self.add_with(geometry, visibility, instance, |p| p);
         }
-        self.add_with(geometry, instance, |p| {
+        self.add_with(geometry, visibility, instance, |p| {
             let p = DVec3::from_array(p.map(f64::from));
             world_from_geometry.transform_point3(p).as_vec3().to_array()
         });
@@ -73,13 +66,20 @@ impl Soup {
     fn add_with(
         &mut self,
         geometry: &Geometry<'_>,
+        visibility: Visibility,
         instance: u32,
         place: impl Fn([f32; 3]) -> [f32; 3],
     ) {
         let mut triangle = 0;
-        for (positions, indices) in &geometry.meshes {
-            self.triangles.reserve(indices.len());
-            for corners in *indices {
+        for mesh in &geometry.meshes {
+            if mesh.positions.len() > 1 || mesh.visibility != visibility {
+                triangle += mesh.triangles.len() as u32;
+                continue;
+            }
+            let positions = mesh.positions.first().copied().unwrap_or_default();
+            self.pairs.reserve(mesh.triangles.len() / 2);
+            let mut open = None;
+            for corners in mesh.triangles {
                 let v = corners.map(|i| positions.get(i as usize).copied());
                 let candidate = SoupTriangle {
                     v: v.map(|p| place(p.unwrap_or([f32::NAN; 3]))),
@@ -87,12 +87,27 @@ impl Soup {
                     instance,
                 };
                 if candidate.is_valid() {
-                    self.triangles.push(candidate);
+                    self.n_triangles += 1;
+                    open = match open {
+                        None => Some(candidate),
+                        Some(previous) => self.add_after(previous, candidate),
+                    };
                 } else {
                     self.n_rejected += 1;
                 }
                 triangle += 1;
             }
+            self.pairs.extend(open.map(|last| Pair::single(&last)));
         }
+    }
+
+    /// Adds `previous`, together with `next` if they make a pair; otherwise `next` stays open.
+    fn add_after(&mut self, previous: SoupTriangle, next: SoupTriangle) -> Option<SoupTriangle> {
+        if let Some(pair) = Pair::joined(&previous, &next) {
+            self.pairs.push(pair);
+            return None;
+        }
+        self.pairs.push(Pair::single(&previous));
+        Some(next)
     }
 }

@@ -11,6 +11,8 @@ pub(crate) struct WideOptions {
     pub(crate) max_leaf_size: u32,
     /// Cost of a leaf block, however full, in node visits.
     pub(crate) leaf_cost: f32,
+    /// Further cost of each primitive in a leaf.
+    pub(crate) primitive_cost: f32,
 }
 
 /// An eight-wide tree whose leaves are lists of primitives.
@@ -84,8 +86,9 @@ fn choose(bvh: &Bvh2, options: WideOptions) -> Vec<Choice> {
     for index in parents_first(bvh).into_iter().rev() {
         let node = &bvh.nodes[index];
         let area = node.aabb().half_area();
-        let as_leaf = area * options.leaf_cost;
+        let leaf_cost = |n: u32| area * (options.leaf_cost + n as f32 * options.primitive_cost);
         if node.is_leaf() {
+            let as_leaf = leaf_cost(node.prim_count);
             choices[index] = Choice {
                 cost: [as_leaf; 7],
                 left: [0; 8],
@@ -109,6 +112,7 @@ fn choose(bvh: &Bvh2, options: WideOptions) -> Vec<Choice> {
             n_primitives: l.n_primitives + r.n_primitives,
             ..Choice::default()
         };
+        let as_leaf = leaf_cost(choice.n_primitives);
         let (below, left) = best_split(8);
         choice.left[7] = left;
         choice.is_leaf = choice.n_primitives <= options.max_leaf_size && as_leaf <= area + below;

@@ -12,7 +12,7 @@ pub(crate) use x86::Avx2;
 #[cfg(not(target_arch = "x86_64"))]
 mod absent {
     use crate::ray::{Hit, Ray};
-    use crate::traverse::Scene;
+    use crate::traverse::{Keep, Scene};
 
     /// Kernels that this processor family does not have: no value exists.
     #[derive(Clone, Copy, Debug)]
@@ -23,16 +23,11 @@ mod absent {
             None
         }
 
-        pub(crate) fn closest(
-            self,
-            _: Scene<'_>,
-            _: &Ray,
-            _: impl FnMut(&Hit) -> bool,
-        ) -> Option<Hit> {
+        pub(crate) fn closest(self, _: Scene<'_>, _: &Ray, _: impl Keep) -> Option<Hit> {
             match self {}
         }
 
-        pub(crate) fn occluded(self, _: Scene<'_>, _: &Ray, _: impl FnMut(&Hit) -> bool) -> bool {
+        pub(crate) fn occluded(self, _: Scene<'_>, _: &Ray, _: impl Keep) -> bool {
             match self {}
         }
     }

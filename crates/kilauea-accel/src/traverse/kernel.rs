@@ -1,17 +1,43 @@
 use super::stack::Storage;
 use super::tree_ray::TreeRay;
-use crate::node::{Leaf4, Node8};
+use crate::node::{Node8, PairLeaf};
 
-/// Distances at which a ray enters the eight boxes of a node.
+/// A number for each lane of a node or leaf.
 #[derive(Clone, Copy)]
 #[repr(C, align(32))]
-pub(crate) struct Entries(pub(crate) [f32; 8]);
+pub(crate) struct Lanes(pub(crate) [f32; 8]);
+
+/// Bounds on distances, by lane.
+#[derive(Clone, Copy)]
+pub(crate) struct Distances {
+    /// Not beyond the hit.
+    pub(crate) nearest: Lanes,
+    /// Not before it.
+    pub(crate) furthest: Lanes,
+}
+
+impl Distances {
+    pub(crate) const NONE: Self = Self {
+        nearest: Lanes([0.0; 8]),
+        furthest: Lanes([0.0; 8]),
+    };
+}
+
+/// What a kernel can say of the triangles of a leaf.
+#[derive(Clone, Copy)]
+pub(crate) struct Candidates {
+    /// Lanes whose triangles the line may pass through within the range: none is missing that it
+    /// passes through by the signs of the watertight edge functions.
+    pub(crate) possible: u32,
+    /// Those that are hit for certain, whatever was rounded.
+    pub(crate) certain: u32,
+}
 
 /// The arithmetic that differs between processors. Every kernel gives the same bits.
 pub(crate) trait Kernel: Copy {
     /// The ray spread over eight lanes.
     type NodeRay: Copy;
-    /// The ray spread over four lanes.
+    /// The ray spread over eight lanes, sheared.
     type LeafRay: Copy;
     /// What the stack is kept in.
     type Storage: Storage;
@@ -24,12 +50,17 @@ pub(crate) trait Kernel: Copy {
 
     /// Robust slab test of eight boxes within `limit`: the lanes hit, and where each is entered
     /// (never later than the true entry).
-    fn slabs(self, ray: &Self::NodeRay, limit: f32, node: &Node8) -> (u32, Entries);
+    fn slabs(self, ray: &Self::NodeRay, limit: f32, node: &Node8) -> (u32, Lanes);
 
-    /// The lanes whose triangles the line may pass through, by the signs of the watertight edge
-    /// functions, less those that it certainly meets outside the range that ends at `limit`;
-    /// [`super::triangle::intersect`] decides.
-    fn candidates(self, ray: &Self::LeafRay, limit: f32, leaf: &Leaf4) -> u32;
+    /// The triangles that the line may meet within `limit`; [`super::triangle::intersect`] decides
+    /// on those that are not certain, and finds where. Writes `distances` if any is certain.
+    fn candidates(
+        self,
+        ray: &Self::LeafRay,
+        limit: f32,
+        leaf: &PairLeaf,
+        distances: &mut Distances,
+    ) -> Candidates;
 
     /// The item that a link of the tree names.
     fn item<T>(self, items: &[T], link: u32) -> &T;

@@ -1,18 +1,25 @@
 //! The walks: one source, compiled once for every kernel.
 
 mod avx2;
+mod general;
+mod keep;
 mod kernel;
 mod portable;
+mod search;
 #[cfg(test)]
 mod slab_tests;
 mod stack;
 mod tree_ray;
-mod triangle;
+pub(crate) mod triangle;
 mod two_level;
 mod walk;
 
 pub(crate) use avx2::Avx2;
+pub(crate) use general::Part;
+pub(crate) use keep::{Keep, KeepAll};
+pub(crate) use kernel::{Distances, Kernel};
 pub(crate) use portable::Portable;
+pub(crate) use tree_ray::TreeRay;
 pub(crate) use two_level::{Instance, Scene};
 
 use crate::ray::{Hit, Ray};
@@ -34,12 +41,7 @@ impl Isa {
     }
 
     #[inline(always)]
-    pub(crate) fn closest(
-        self,
-        scene: Scene<'_>,
-        ray: &Ray,
-        keep: impl FnMut(&Hit) -> bool,
-    ) -> Option<Hit> {
+    pub(crate) fn closest(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
         match self {
             Self::Avx2(avx2) => avx2.closest(scene, ray, keep),
             Self::Portable(portable) => portable.closest(scene, ray, keep),
@@ -47,12 +49,7 @@ impl Isa {
     }
 
     #[inline(always)]
-    pub(crate) fn occluded(
-        self,
-        scene: Scene<'_>,
-        ray: &Ray,
-        keep: impl FnMut(&Hit) -> bool,
-    ) -> bool {
+    pub(crate) fn occluded(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
         match self {
             Self::Avx2(avx2) => avx2.occluded(scene, ray, keep),
             Self::Portable(portable) => portable.occluded(scene, ray, keep),

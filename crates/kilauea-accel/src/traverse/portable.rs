@@ -1,10 +1,11 @@
 //! Kernels in plain Rust: the reference that the others equal bit for bit.
 
-use super::kernel::{Entries, Kernel};
+use super::keep::Keep;
+use super::kernel::{Candidates, Distances, Kernel, Lanes};
 use super::stack::Entry;
 use super::tree_ray::TreeRay;
 use super::two_level::{self, Scene};
-use crate::node::{Leaf4, Node8, STACK_CAPACITY};
+use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
 
 /// The kernels that every processor has.
@@ -12,21 +13,11 @@ use crate::ray::{Hit, Ray};
 pub(crate) struct Portable;
 
 impl Portable {
-    pub(crate) fn closest(
-        self,
-        scene: Scene<'_>,
-        ray: &Ray,
-        keep: impl FnMut(&Hit) -> bool,
-    ) -> Option<Hit> {
+    pub(crate) fn closest(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
         two_level::closest(self, scene, ray, keep)
     }
 
-    pub(crate) fn occluded(
-        self,
-        scene: Scene<'_>,
-        ray: &Ray,
-        keep: impl FnMut(&Hit) -> bool,
-    ) -> bool {
+    pub(crate) fn occluded(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
         two_level::occluded(self, scene, ray, keep)
     }
 }
@@ -44,7 +35,7 @@ impl Kernel for Portable {
         *ray
     }
 
-    fn slabs(self, ray: &TreeRay, limit: f32, node: &Node8) -> (u32, Entries) {
+    fn slabs(self, ray: &TreeRay, limit: f32, node: &Node8) -> (u32, Lanes) {
         let mut near = [ray.t_min; 8];
         let mut far = [limit; 8];
         for axis in 0..3 {
@@ -60,20 +51,23 @@ impl Kernel for Portable {
         let hit = (0..8).fold(0, |mask, lane| {
             mask | u32::from(near[lane] <= far[lane]) << lane
         });
-        (hit, Entries(near))
+        (hit, Lanes(near))
     }
 
-    fn candidates(self, ray: &TreeRay, _limit: f32, leaf: &Leaf4) -> u32 {
-        let [kx, ky, kz] = ray.axes;
-        let mut mask = 0;
-        for lane in 0..4 {
-            let [a, b, c] = [0, 1, 2].map(|vertex| {
-                let p = leaf.v[vertex].map(|axis| axis[lane]);
-                let along = p[kz] - ray.origin[kz];
-                [
-                    (p[kx] - ray.origin[kx]) - ray.shear[0] * along,
-                    (p[ky] - ray.origin[ky]) - ray.shear[1] * along,
-                ]
+    /// Leaves all that is not plainly outside to the exact test.
+    fn candidates(
+        self,
+        ray: &TreeRay,
+        _limit: f32,
+        leaf: &PairLeaf,
+        _distances: &mut Distances,
+    ) -> Candidates {
+        let mut possible = 0;
+        for lane in 0..8 {
+            let rows = if lane < 4 { [0, 1, 2] } else { [0, 2, 3] };
+            let [a, b, c] = rows.map(|row| {
+                let p = [0, 1, 2].map(|axis| leaf.corners[axis][row][lane & 3]);
+                ray.sheared(p)
             });
             let edges = [
                 c[0] * b[1] - c[1] * b[0],
@@ -81,9 +75,12 @@ impl Kernel for Portable {
                 b[0] * a[1] - b[1] * a[0],
             ];
             let inside = edges.iter().all(|&e| e >= 0.0) || edges.iter().all(|&e| e <= 0.0);
-            mask |= u32::from(inside) << lane;
+            possible |= u32::from(inside) << lane;
         }
-        mask
+        Candidates {
+            possible,
+            certain: 0,
+        }
     }
 
     fn item<T>(self, items: &[T], link: u32) -> &T {

@@ -1,8 +1,5 @@
-use crate::ray::{Ray, power_of_two_below_reciprocal};
-use kilauea_math::{DVec3, Vec3};
-
-/// More than the rounding of a distance to `f32`, relative to it.
-const ULP: f64 = f32::EPSILON as f64;
+use crate::ray::Ray;
+use kilauea_math::{DAffine3, DVec3, Vec3};
 
 /// A ray in the space of one tree, with all that the tests derive from it.
 ///
@@ -27,10 +24,7 @@ pub(crate) struct TreeRay {
     /// Least distance in the tree.
     pub(crate) t_min: f32,
     /// How far the origin was moved.
-    pub(crate) t_start: f64,
-    /// Distances in the tree by those of the ray: a placement that shrinks its geometry lengthens
-    /// the ray's direction, which must fit into `f32`.
-    pub(crate) t_scale: f64,
+    pub(crate) t_start: f32,
     /// Bound on the coordinates by which the rounding of the moved origin is judged; zero where
     /// the origin was not rounded.
     pub(crate) rounded_size: f32,
@@ -45,23 +39,28 @@ impl TreeRay {
     #[inline(always)]
     pub(crate) fn world(ray: &Ray) -> Self {
         let ends = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
-        Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0)
+        Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0, 0.0)
     }
 
-    /// A ray from `origin` along `dir`, moved by `t_start`. Distances along the whole ray are those
-    /// of `f32`, so `t_min` may be a rounding below where it says.
+    /// A ray from `origin` along `dir` from `t_min` on, moved by `t_start <= t_min`.
     #[inline(always)]
-    pub(crate) fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f64) -> Self {
-        let moved = (origin + dir * t_start).as_vec3();
-        let dir_scale = power_of_two_below_reciprocal(dir.abs().max_element());
-        let t_min = (f64::from(t_min) * (1.0 - ULP) - t_start) * ((1.0 - ULP) / dir_scale);
+    fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f32) -> Self {
+        let moved = (origin + dir * f64::from(t_start)).as_vec3();
+        let t_min = (t_min - t_start) * (1.0 - f32::EPSILON);
         let size = moved.abs().max_element();
-        let ends = (origin, dir);
-        let mut ray =
-            Self::with_rounded(moved, (dir * dir_scale).as_vec3(), ends, t_min as f32, size);
-        ray.t_start = t_start;
-        ray.t_scale = 1.0 / dir_scale;
-        ray
+        Self::with_rounded(moved, dir.as_vec3(), (origin, dir), t_min, t_start, size)
+    }
+
+    /// The ray in the space of an instance whose box it enters at `t_entry`, moved to there.
+    #[inline(always)]
+    pub(crate) fn transformed(geometry_from_world: &DAffine3, ray: &Ray, t_entry: f32) -> Self {
+        let t_start = t_entry * (1.0 - 1.0 / (1 << 20) as f32);
+        Self::moved(
+            geometry_from_world.transform_point3(ray.origin.as_dvec3()),
+            geometry_from_world.transform_vector3(ray.dir.as_dvec3()),
+            t_start.max(ray.t_min),
+            t_start,
+        )
     }
 
     #[inline(always)]
@@ -70,26 +69,23 @@ impl TreeRay {
         d: Vec3,
         (origin, dir): (DVec3, DVec3),
         t_min: f32,
+        t_start: f32,
         rounded_size: f32,
     ) -> Self {
-        // Three for the box test itself (Ize 2013), and three for what the shear of the triangle
-        // test may move a corner, so that no box is passed by a line that meets its triangle.
-        const SLACK: f32 = 6.0 * f32::EPSILON;
+        const ULP: f32 = f32::EPSILON;
         let size = d.abs();
-        let axes = if size.x > size.y && size.x > size.z {
-            [1, 2, 0]
-        } else if size.y > size.z {
-            [2, 0, 1]
-        } else {
-            [0, 1, 2]
-        };
+        // Without branches: no processor guesses the largest component of scattered directions.
+        let is_x = usize::from(size.x > size.y) & usize::from(size.x > size.z);
+        let is_y = (1 - is_x) & usize::from(size.y > size.z);
+        let kz = 2 - 2 * is_x - is_y;
+        let axes = [[1, 2, 0][kz], [2, 0, 1][kz], kz];
         let d_array = d.to_array();
         let rcp_largest = 1.0 / d_array[axes[2]];
         let rcp = size.max(Vec3::splat(1e-18)).copysign(d).recip();
         Self {
             origin: moved.to_array(),
-            near_rcp: (rcp * (1.0 - SLACK)).to_array(),
-            far_rcp: (rcp * (1.0 + SLACK)).to_array(),
+            near_rcp: (rcp * (1.0 - 3.0 * ULP)).to_array(),
+            far_rcp: (rcp * (1.0 + 3.0 * ULP)).to_array(),
             near_plane: [
                 usize::from(d.x.is_sign_negative()),
                 2 + usize::from(d.y.is_sign_negative()),
@@ -101,17 +97,31 @@ impl TreeRay {
                 d_array[axes[1]] * rcp_largest,
             ],
             t_min: t_min.max(0.0),
-            t_start: 0.0,
-            t_scale: 1.0,
+            t_start,
             rounded_size,
             origin_f64: origin.to_array(),
             dir_f64: dir.to_array(),
         }
     }
 
-    /// A distance of the whole ray, as a bound for distances in the tree.
+    /// A distance of the whole ray in the tree: bounds from below and above.
     #[inline(always)]
-    pub(crate) fn limit(&self, t: f32) -> f32 {
-        ((f64::from(t) * (1.0 + ULP) - self.t_start) * ((1.0 + ULP) * self.t_scale)) as f32
+    pub(crate) fn distance_bounds(&self, t: f32) -> (f32, f32) {
+        const SLACK: f32 = 2.0 * f32::EPSILON;
+        (
+            t * (1.0 - SLACK) - self.t_start,
+            t * (1.0 + SLACK) - self.t_start,
+        )
+    }
+
+    /// A point in the plane across the ray, in the arithmetic that all kernels share.
+    #[inline(always)]
+    pub(crate) fn sheared(&self, p: [f32; 3]) -> [f32; 2] {
+        let [kx, ky, kz] = self.axes;
+        let along = p[kz] - self.origin[kz];
+        [
+            (p[kx] - self.origin[kx]) - self.shear[0] * along,
+            (p[ky] - self.origin[ky]) - self.shear[1] * along,
+        ]
     }
 }

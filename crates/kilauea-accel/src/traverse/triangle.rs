@@ -1,34 +1,27 @@
 use super::tree_ray::TreeRay;
-use crate::node::Leaf4;
+use crate::node::LeafTriangle;
 
-/// Distance and weights of the second and third vertex where the ray's line meets the triangle in
-/// `lane`, one that [`super::kernel::Kernel::candidates`] named; `None` if the line passes by or lies
+/// Distance and weights of the second and third corner where the ray's line meets a triangle that
+/// [`super::kernel::Kernel::candidates`] named; `None` if the line passes by or lies
 /// in the plane.
 ///
 /// Woop et al. 2013: the vertices are sheared into the plane across the ray in `f32`, alike for
 /// all triangles that share one. The signs of the edge functions of those points decide, so a line
-/// through an edge or a vertex of a closed mesh cannot pass. The position is found afresh in `f64`;
-/// where it is outside, it is that of the nearest point of the edges.
+/// through an edge or a vertex of a closed mesh cannot pass. The position is found afresh in `f64`
+/// and kept within the triangle.
 #[inline(always)]
-pub(crate) fn intersect(leaf: &Leaf4, lane: usize, ray: &TreeRay) -> Option<[f32; 3]> {
+pub(crate) fn intersect(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> Option<[f32; 3]> {
     let [kx, ky, kz] = ray.axes;
     let rcp_largest = 1.0 / ray.dir_f64[kz];
     let shear = [ray.dir_f64[kx] * rcp_largest, ray.dir_f64[ky] * rcp_largest];
-    let (a, a_along) = sheared_f64(leaf, lane, 0, ray, shear);
-    let (b, b_along) = sheared_f64(leaf, lane, 1, ray, shear);
-    let (c, c_along) = sheared_f64(leaf, lane, 2, ray, shear);
+    let (a, a_along) = sheared_f64(triangle, 0, ray, shear);
+    let (b, b_along) = sheared_f64(triangle, 1, ray, shear);
+    let (c, c_along) = sheared_f64(triangle, 2, ray, shear);
     let mut weights = edge_functions(a, b, c);
     let least = weights[0].min(weights[1]).min(weights[2]);
     let most = weights[0].max(weights[1]).max(weights[2]);
     if least <= 0.0 && most >= 0.0 {
-        let along = [a_along, b_along, c_along];
-        if is_left_behind(weights, along, rcp_largest) {
-            return None;
-        }
-        if !is_decided_inside(leaf, lane, ray) {
-            return None;
-        }
-        weights = nearest_on_edges([a, b, c]);
+        weights = weights_at_border(triangle, ray, weights)?;
     }
     let [wa, wb, wc] = weights;
     let scale = 1.0 / (wa + wb + wc);
@@ -40,80 +33,45 @@ pub(crate) fn intersect(leaf: &Leaf4, lane: usize, ray: &TreeRay) -> Option<[f32
     ])
 }
 
-/// Whether the line meets the triangle's plane near the triangle but before its origin: a ray that
-/// left the triangle just beside an edge. The point of the triangle nearest to the line, which is
-/// what a hit at the border gets, may lie ahead all the same.
+/// Weights, none of them negative, of a triangle that the line does not clearly pass through;
+/// `exact` says where it would be outside.
 #[cold]
-fn is_left_behind(weights: [f64; 3], along: [f64; 3], rcp_largest: f64) -> bool {
-    let t_corners = along.map(|along| along * rcp_largest);
-    let t_least = t_corners[0].min(t_corners[1]).min(t_corners[2]);
-    let weighted = |i: usize| weights[i] * t_corners[i];
-    let t = (weighted(0) + weighted(1) + weighted(2)) / (weights[0] + weights[1] + weights[2]);
-    t_least <= t && t <= 0.0
-}
-
-/// Whether the line that [`super::kernel::Kernel::candidates`] named passes inside by the signs on
-/// which all triangles with a common corner agree.
-#[cold]
-fn is_decided_inside(leaf: &Leaf4, lane: usize, ray: &TreeRay) -> bool {
+fn weights_at_border(
+    triangle: &LeafTriangle<'_>,
+    ray: &TreeRay,
+    exact: [f64; 3],
+) -> Option<[f64; 3]> {
     // Products of `f32` are exact in `f64`: where the kernel found zero, this finds the sign.
-    let decisive = edge_functions(
-        sheared(leaf, lane, 0, ray),
-        sheared(leaf, lane, 1, ray),
-        sheared(leaf, lane, 2, ray),
-    );
+    let [a, b, c] = triangle
+        .corners()
+        .map(|corner| ray.sheared(corner).map(f64::from));
+    let decisive = edge_functions(a, b, c);
     let inside = decisive.iter().all(|&w| w >= 0.0) || decisive.iter().all(|&w| w <= 0.0);
-    inside && decisive != [0.0; 3]
-}
-
-/// Weights of the point on the edges that is nearest to the line, in the plane across it. (To drop
-/// negative weights instead would move along a thin triangle by many times its width.)
-#[cold]
-fn nearest_on_edges(corners: [[f64; 2]; 3]) -> [f64; 3] {
-    let mut nearest = (f64::INFINITY, [1.0, 0.0, 0.0]);
-    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
-        let (p, q) = (corners[i], corners[j]);
-        let edge = [q[0] - p[0], q[1] - p[1]];
-        let length2 = edge[0] * edge[0] + edge[1] * edge[1];
-        let s = -(p[0] * edge[0] + p[1] * edge[1]) / length2.max(f64::MIN_POSITIVE);
-        let s = s.clamp(0.0, 1.0);
-        let (x, y) = (p[0] + s * edge[0], p[1] + s * edge[1]);
-        let distance2 = x * x + y * y;
-        if distance2 < nearest.0 {
-            let mut weights = [0.0; 3];
-            (weights[i], weights[j]) = (1.0 - s, s);
-            nearest = (distance2, weights);
-        }
+    if !inside || decisive == [0.0; 3] {
+        return None;
     }
-    nearest.1
-}
-
-/// A corner in the plane across the ray, as the kernels compute it.
-#[inline(always)]
-fn sheared(leaf: &Leaf4, lane: usize, vertex: usize, ray: &TreeRay) -> [f64; 2] {
-    let [kx, ky, kz] = ray.axes;
-    let corner = &leaf.v[vertex];
-    let along = corner[kz][lane] - ray.origin[kz];
-    let x = (corner[kx][lane] - ray.origin[kx]) - ray.shear[0] * along;
-    let y = (corner[ky][lane] - ray.origin[ky]) - ray.shear[1] * along;
-    [f64::from(x), f64::from(y)]
+    let sign = 1.0_f64.copysign(exact[0] + exact[1] + exact[2]);
+    let kept = exact.map(|w| (w * sign).max(0.0));
+    if kept == [0.0; 3] {
+        // Seen edge-on but for the rounding that decided: stay with that rounding.
+        return Some(decisive.map(f64::abs));
+    }
+    Some(kept)
 }
 
 /// A corner in the plane across the ray from its true origin, and how far along the last axis.
 #[inline(always)]
 fn sheared_f64(
-    leaf: &Leaf4,
-    lane: usize,
-    vertex: usize,
+    triangle: &LeafTriangle<'_>,
+    corner: usize,
     ray: &TreeRay,
     shear: [f64; 2],
 ) -> ([f64; 2], f64) {
     let [kx, ky, kz] = ray.axes;
-    let corner = &leaf.v[vertex];
-    let along = f64::from(corner[kz][lane]) - ray.origin_f64[kz];
-    let x = (f64::from(corner[kx][lane]) - ray.origin_f64[kx]) - shear[0] * along;
-    let y = (f64::from(corner[ky][lane]) - ray.origin_f64[ky]) - shear[1] * along;
-    ([x, y], along)
+    let x = f64::from(triangle.coordinate(corner, kx)) - ray.origin_f64[kx];
+    let y = f64::from(triangle.coordinate(corner, ky)) - ray.origin_f64[ky];
+    let along = f64::from(triangle.coordinate(corner, kz)) - ray.origin_f64[kz];
+    ([x - shear[0] * along, y - shear[1] * along], along)
 }
 
 /// Twice the signed areas that the origin spans with the edges opposite to each corner.

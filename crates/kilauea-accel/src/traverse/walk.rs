@@ -1,39 +1,41 @@
 //! Orders of visit through one tree.
 
-use super::kernel::{Entries, Kernel};
-use super::stack::{Entry, Stack, Storage, entry, link};
-use crate::node::{LEAF, Node8};
+use super::kernel::{Kernel, Lanes};
+use super::stack::{Entry, Stack, Storage, distance, entry, link};
+use crate::node::{LEAF, Node8, WalkNode};
 
 /// What a walk does at the leaves.
 pub(crate) trait Visitor {
     /// The walk ignores boxes entered beyond this.
     fn limit(&self) -> f32;
-    /// Called with a leaf; true ends the walk.
-    fn visit(&mut self, leaf: u32) -> bool;
+    /// Called with a leaf and where the ray enters it; true ends the walk.
+    fn visit(&mut self, leaf: u32, t_entry: f32) -> bool;
     /// Where the leaf is stored.
     fn address(&self, leaf: u32) -> *const u8;
 }
 
-/// Visits the leaves that the ray passes, near ones first.
+/// Visits the leaves that the ray passes, near ones first. The nodes are read at `fraction` of the
+/// interval between two motion keys, if they move.
 #[inline(always)]
-pub(crate) fn near_first<K: Kernel>(
+pub(crate) fn near_first<K: Kernel, N: WalkNode>(
     kernel: K,
-    nodes: &[Node8],
+    (nodes, fraction): (&[N], f32),
     ray: &K::NodeRay,
     visitor: &mut impl Visitor,
 ) {
     let mut storage = K::Storage::new();
     let mut stack = Stack::new(&mut storage);
     let mut current = 0;
+    let mut t_entry = 0.0;
     loop {
         while current & LEAF == 0 {
-            let node = kernel.item(nodes, current);
-            let (mask, entries) = kernel.slabs(ray, visitor.limit(), node);
+            let node = kernel.item(nodes, current).at(fraction);
+            let (mask, entries) = kernel.slabs(ray, visitor.limit(), &node);
             let children = Children {
                 kernel,
                 visitor,
                 nodes,
-                node,
+                node: &node,
                 entries: &entries,
                 mask,
             };
@@ -41,32 +43,32 @@ pub(crate) fn near_first<K: Kernel>(
                 let Some(next) = stack.pop_within(visitor.limit()) else {
                     return;
                 };
-                current = link(next);
+                (current, t_entry) = (link(next), distance(next));
                 continue;
             };
-            current = link(nearest);
+            (current, t_entry) = (link(nearest), distance(nearest));
         }
-        if visitor.visit(current & !LEAF) {
+        if visitor.visit(current & !LEAF, t_entry) {
             return;
         }
         let Some(next) = stack.pop_within(visitor.limit()) else {
             return;
         };
-        current = link(next);
+        (current, t_entry) = (link(next), distance(next));
     }
 }
 
 /// The children of a node that the ray enters.
-struct Children<'a, K, V> {
+struct Children<'a, K, V, N> {
     kernel: K,
     visitor: &'a V,
-    nodes: &'a [Node8],
+    nodes: &'a [N],
     node: &'a Node8,
-    entries: &'a Entries,
+    entries: &'a Lanes,
     mask: u32,
 }
 
-impl<K: Kernel, V: Visitor> Children<'_, K, V> {
+impl<K: Kernel, V: Visitor, N: WalkNode> Children<'_, K, V, N> {
     /// Takes the child of the lowest lane.
     #[inline(always)]
     fn next(&mut self) -> Entry {
@@ -94,8 +96,8 @@ impl<K: Kernel, V: Visitor> Children<'_, K, V> {
 
 /// Pushes all children hit but the nearest, far ones first, and gives the nearest.
 #[inline(always)]
-fn descend<K: Kernel>(
-    mut children: Children<'_, K, impl Visitor>,
+fn descend<K: Kernel, N: WalkNode>(
+    mut children: Children<'_, K, impl Visitor, N>,
     stack: &mut Stack<'_, K::Storage>,
 ) -> Option<Entry> {
     if children.mask == 0 {
@@ -149,9 +151,9 @@ fn in_order(a: Entry, b: Entry) -> (Entry, Entry) {
 
 /// Visits the leaves that the ray passes in no order, until one ends the walk.
 #[inline(always)]
-pub(crate) fn any_order<K: Kernel>(
+pub(crate) fn any_order<K: Kernel, N: WalkNode>(
     kernel: K,
-    nodes: &[Node8],
+    (nodes, fraction): (&[N], f32),
     ray: &K::NodeRay,
     visitor: &mut impl Visitor,
 ) -> bool {
@@ -160,13 +162,13 @@ pub(crate) fn any_order<K: Kernel>(
     let mut current = entry(0, 0.0);
     loop {
         while link(current) & LEAF == 0 {
-            let node = kernel.item(nodes, link(current));
-            let (mask, entries) = kernel.slabs(ray, visitor.limit(), node);
+            let node = kernel.item(nodes, link(current)).at(fraction);
+            let (mask, entries) = kernel.slabs(ray, visitor.limit(), &node);
             let mut children = Children {
                 kernel,
                 visitor,
                 nodes,
-                node,
+                node: &node,
                 entries: &entries,
                 mask,
             };
@@ -183,7 +185,7 @@ pub(crate) fn any_order<K: Kernel>(
                 current = children.fetch();
             }
         }
-        if visitor.visit(link(current) & !LEAF) {
+        if visitor.visit(link(current) & !LEAF, distance(current)) {
             return true;
         }
         let Some(next) = stack.pop() else {

@@ -15,7 +15,8 @@ pub(crate) struct Mesh {
 impl Mesh {
     pub(crate) fn geometry(&self) -> Geometry<'_> {
         Geometry {
-            meshes: vec![(&self.positions, &self.indices)],
+            meshes: vec![kilauea_accel::Mesh::still(&self.positions, &self.indices)],
+            ..Geometry::default()
         }
     }
 
@@ -141,10 +142,7 @@ pub(crate) fn cube() -> Mesh {
 }
 
 pub(crate) fn placed(geometry: u32, world_from_geometry: DAffine3) -> Placement {
-    Placement {
-        geometry,
-        world_from_geometry,
-    }
+    Placement::still(geometry, world_from_geometry)
 }
 
 /// Every combination of options over the same input; all must be valid and answer alike.
@@ -154,8 +152,12 @@ impl Builds {
     pub(crate) fn new(geometries: &[Geometry<'_>], placements: &[Placement]) -> Self {
         let mut builds = Vec::new();
         for quality in [Quality::Preview, Quality::Final] {
-            for simd in [false, true] {
-                let options = BuildOptions { quality, simd };
+            for (simd, specialize) in [(false, true), (true, true), (true, false)] {
+                let options = BuildOptions {
+                    quality,
+                    simd,
+                    specialize,
+                };
                 let accel = Accel::build(geometries, placements, &options);
                 assert_eq!(accel.validate(), Ok(()));
                 builds.push(accel);

@@ -135,6 +135,7 @@ pub(crate) fn implicit_surface<'a>(
         left_handed: false,
         has_bad_points: false,
         n_dropped: 0,
+        later_keys: Vec::new(),
     }
 }
 

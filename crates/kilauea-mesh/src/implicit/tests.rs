@@ -1,5 +1,7 @@
 use std::f64::consts::PI;
 
+use kilauea_scene::Visibility;
+
 use super::*;
 
 fn shape(kind: ImplicitKind, axis: Axis, dimensions: [f64; 3]) -> ImplicitShape<'static> {
@@ -14,6 +16,7 @@ fn shape(kind: ImplicitKind, axis: Axis, dimensions: [f64; 3]) -> ImplicitShape<
         left_handed: false,
         double_sided: false,
         primvars: Vec::new(),
+        visibility: Visibility::ALL,
     }
 }
 

@@ -24,7 +24,7 @@ use kilauea_math::{DAffine3, DVec3};
 use crate::channel::{Channel, Domain};
 use crate::payload::{PolyMesh, Subdivision};
 use crate::report::Report;
-use crate::surface::{FaceSizes, Parts, Surface, is_placeable};
+use crate::surface::{FaceSizes, Parts, Surface, SurfaceKey, is_placeable};
 use crate::tokens::{FaceVaryingRule, PrimvarInterpolation, Scheme};
 
 use cage::{Cage, build_cage};
@@ -71,7 +71,41 @@ pub(crate) fn subdivide<'a>(
     if level == 0 && subdivision.scheme == Scheme::Bilinear || cage.source_faces.is_empty() {
         return control;
     }
-    limit_surface(mesh, subdivision, control, &cage, level, is_good)
+    let mut control = control;
+    let later_keys: Vec<SurfaceKey<'a>> = std::mem::take(&mut control.later_keys)
+        .into_iter()
+        .map(|key| {
+            let posed = at_key(&control, key);
+            let limit = limit_surface(mesh, subdivision, posed, &cage, level, is_good);
+            SurfaceKey {
+                points: limit.points,
+                normals: limit.normals,
+                prototype_from_points: limit.prototype_from_points,
+            }
+        })
+        .collect();
+    Surface {
+        later_keys,
+        ..limit_surface(mesh, subdivision, control, &cage, level, is_good)
+    }
+}
+
+/// The cage at a later motion key, without what does not move.
+fn at_key<'a>(control: &Surface<'a>, key: SurfaceKey<'a>) -> Surface<'a> {
+    Surface {
+        points: key.points,
+        corner_points: control.corner_points.clone(),
+        sizes: control.sizes,
+        source_faces: None,
+        parts: Parts::default(),
+        normals: None,
+        channels: Vec::new(),
+        prototype_from_points: key.prototype_from_points,
+        left_handed: control.left_handed,
+        has_bad_points: control.has_bad_points,
+        n_dropped: 0,
+        later_keys: Vec::new(),
+    }
 }
 
 fn limit_surface<'a>(

@@ -6,12 +6,14 @@ use std::collections::BTreeMap;
 
 use kilauea_math::{DAffine3, DMat4, DVec3, Vec3};
 use kilauea_mesh::*;
-use kilauea_scene::{Camera, Material, MeshChunk, Projection};
+use kilauea_scene::{Camera, Material, MeshChunk, Projection, Visibility};
 
 pub(crate) fn camera() -> Camera {
     Camera {
         path: "/camera".into(),
         world_from_camera: DMat4::IDENTITY,
+        later_world_from_camera: Vec::new(),
+        shutter: [0.0; 2],
         projection: Projection::Perspective,
         screen_window: [-0.5, -0.5, 0.5, 0.5],
         lens_radius: 0.0,
@@ -33,6 +35,8 @@ pub(crate) fn empty<'a>() -> Payloads<'a> {
         prototypes: vec![String::new()],
         meshes: Vec::new(),
         implicits: Vec::new(),
+        curves: Vec::new(),
+        points: Vec::new(),
         instances: Vec::new(),
         materials: (0..4).map(material).collect(),
         textures: Vec::new(),
@@ -61,6 +65,8 @@ pub(crate) fn mesh<'a>(
         subdivision: None,
         material: 0,
         subsets: Vec::new(),
+        later_keys: Vec::new(),
+        visibility: Visibility::ALL,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Unbiased path tracing with next-event estimation and multiple importance sampling
 //! (Kajiya 1986; Veach & Guibas 1995).
 
-use kilauea_accel::{Hit, Ray};
+use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_bsdf::SeenBsdf;
 use kilauea_film::PixelSample;
 use kilauea_math::hash::{combine, unit_f32};
@@ -9,7 +9,7 @@ use kilauea_math::{Spectrum, Vec2};
 use kilauea_texture::TextureStore;
 
 use crate::camera::{CameraRay, RayGenerator};
-use crate::geometry::{Geometry, Interaction};
+use crate::geometry::{Geometry, Interaction, View};
 use crate::light::{Emitted, Lights, Receiver};
 use crate::needs::SceneNeeds;
 use crate::sampler::{Purpose, Sampler};
@@ -133,7 +133,9 @@ impl PathIntegrator<'_> {
             cone.width += cone.spread * hit.t;
             let interaction = self.interaction(&hit, &ray, cone.width);
             if self.needs.mesh_lights
-                && let Some(emitted) = self.lights.emitted_by_mesh(&interaction, hit.t, receiver)
+                && let Some(emitted) = self
+                    .lights
+                    .emitted_by_surface(&interaction, hit.t, receiver)
             {
                 add(emitted);
             }
@@ -213,7 +215,7 @@ impl PathIntegrator<'_> {
             } else if throughput.total(depth).is_black() {
                 break;
             }
-            ray = interaction.spawn_ray(sample.wi, f32::INFINITY);
+            ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
             counts.indirect += 1;
         }
         out.beauty = out.emission
@@ -254,16 +256,14 @@ impl PathIntegrator<'_> {
             return;
         }
         let shadow_ray = if sample.distance == f32::INFINITY {
-            interaction.spawn_ray(sample.wi, f32::INFINITY)
+            interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::SHADOW)
         } else {
             // Aim from the moved origin at the chosen point.
             let target = interaction.surface.p + sample.wi * sample.distance;
-            let origin = interaction.offset_origin(sample.wi);
+            let ray = interaction.spawn_ray(sample.wi, SHADOW_T_MAX, Visibility::SHADOW);
             Ray {
-                origin,
-                dir: target - origin,
-                t_min: 0.0,
-                t_max: SHADOW_T_MAX,
+                dir: target - ray.origin,
+                ..ray
             }
         };
         counts.shadow += 1;
@@ -293,10 +293,14 @@ impl PathIntegrator<'_> {
     #[inline]
     fn interaction(&self, hit: &Hit, ray: &Ray, width: f32) -> Interaction<'_> {
         let at = self.geometry.locate(hit);
-        let footprint = if self.needs.textures { width } else { 0.0 };
-        let weights = Vec2::new(hit.u, hit.v);
-        self.geometry
-            .interaction(at, weights, -ray.dir, footprint, self.textures)
+        let view = View {
+            uv: Vec2::new(hit.u, hit.v),
+            p_ray: ray.at(hit.t),
+            wo: -ray.dir,
+            time: ray.time,
+            footprint: if self.needs.textures { width } else { 0.0 },
+        };
+        self.geometry.interaction(at, &view, self.textures)
     }
 
     #[inline]
@@ -327,7 +331,7 @@ impl PathIntegrator<'_> {
     }
 
     /// Whether a surface stops a ray. Partial presence is decided by a number that depends on the
-    /// ray and the triangle alone, so it does not matter in which order a tree offers candidates,
+    /// ray and the primitive alone, so it does not matter in which order a tree offers candidates,
     /// or whether twice.
     fn is_present(&self, hit: &Hit, ray: &Ray, key: u32) -> bool {
         let at = self.geometry.locate(hit);
@@ -335,13 +339,17 @@ impl PathIntegrator<'_> {
         if shader.is_opaque() {
             return true;
         }
-        let weights = Vec2::new(hit.u, hit.v);
-        let interaction =
-            self.geometry
-                .interaction(at, weights, -ray.dir.normalize(), 0.0, self.textures);
+        let view = View {
+            uv: Vec2::new(hit.u, hit.v),
+            p_ray: ray.at(hit.t),
+            wo: -ray.dir.normalize(),
+            time: ray.time,
+            footprint: 0.0,
+        };
+        let interaction = self.geometry.interaction(at, &view, self.textures);
         let opacity = shader.opacity(&interaction.surface);
-        let triangle_key = combine(hit.triangle, hit.instance);
-        opacity >= 1.0 || unit_f32(combine(key, triangle_key)) < opacity
+        let primitive_key = combine(hit.primitive, hit.instance);
+        opacity >= 1.0 || unit_f32(combine(key, primitive_key)) < opacity
     }
 }
 
@@ -474,6 +482,8 @@ mod tests {
         let camera = Camera {
             path: "/cam".into(),
             world_from_camera: DMat4::IDENTITY,
+            later_world_from_camera: Vec::new(),
+            shutter: [0.0; 2],
             projection: Projection::Perspective,
             screen_window: [-0.5, -0.5, 0.5, 0.5],
             lens_radius: 0.0,

@@ -135,12 +135,8 @@ mod tests {
         let bvh = AreaBvh::new(&boxes);
         let mut n_met = 0;
         for k in 0..500 {
-            let ray = Ray {
-                origin: Vec3::splat(-1.0),
-                dir: Vec3::new(number(5000 + k), number(6000 + k), number(7000 + k)),
-                t_min: 0.0,
-                t_max: f32::INFINITY,
-            };
+            let dir = Vec3::new(number(5000 + k), number(6000 + k), number(7000 + k));
+            let ray = Ray::new(Vec3::splat(-1.0), dir);
             let mut found = vec![false; boxes.len()];
             bvh.for_each(&ray, |light| found[light as usize] = true);
             for (b, found) in boxes.iter().zip(found) {

@@ -1,11 +1,16 @@
 //! Emissive meshes: every triangle is a light that emits from both sides.
+//!
+//! Those that move are no lights, nor are emissive curves and points: rays that meet them carry
+//! their light, but none are aimed at them. Neither are those that scattered rays do not meet.
 
 use kilauea_math::{Bounds3, Spectrum, Vec2, Vec3, warp};
+use kilauea_scene::Visibility;
 use kilauea_texture::TextureStore;
+use std::collections::BTreeSet;
 
 use super::LightSample;
 use super::tree::LightBounds;
-use crate::geometry::{Geometry, TriangleRef};
+use crate::geometry::{Geometry, PrimitiveRef, View};
 
 /// The triangles of all emissive chunks, numbered through.
 #[derive(Clone, Debug, Default)]
@@ -17,6 +22,8 @@ pub(super) struct MeshLights {
     /// Number of the first triangle light.
     first_light: u32,
     n_triangles: u32,
+    /// Prims whose emission is met by chance only.
+    unsampled: BTreeSet<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -42,9 +49,14 @@ impl MeshLights {
         }
         for placement in 0..geometry.n_placements() as u32 {
             lights.first_group.push(lights.groups.len() as u32);
-            for (chunk_idx, chunk) in geometry.chunks(placement).iter().enumerate() {
+            let is_still = !geometry.is_moving(placement);
+            for (chunk_idx, chunk) in geometry.meshes(placement).iter().enumerate() {
                 let shader = &geometry.shaders()[chunk.material as usize];
-                if shader.is_emissive() {
+                let rays = chunk.visibility & geometry.visibility(placement);
+                if !shader.is_emissive() || rays & Visibility::INDIRECT == Visibility::NONE {
+                    continue;
+                }
+                if is_still && chunk.later_keys.is_empty() {
                     lights.groups.push(Group {
                         placement,
                         chunk: chunk_idx as u32,
@@ -53,6 +65,8 @@ impl MeshLights {
                         constant: shader.constant_emission().filter(|_| shader.is_opaque()),
                     });
                     lights.n_triangles += chunk.triangles.len() as u32;
+                } else {
+                    lights.unsampled.insert(chunk.prim_idx);
                 }
             }
         }
@@ -64,6 +78,11 @@ impl MeshLights {
         self.n_triangles as usize
     }
 
+    /// Prims that emit and move: their light is met by chance only.
+    pub(super) fn unsampled(&self) -> impl Iterator<Item = u32> {
+        self.unsampled.iter().copied()
+    }
+
     /// Bytes held.
     pub(super) fn n_bytes(&self) -> usize {
         size_of_val(&self.groups[..]) + size_of_val(&self.first_group[..])
@@ -71,13 +90,13 @@ impl MeshLights {
 
     /// The number of the light that a triangle is, if it emits.
     #[inline]
-    pub(super) fn light_of(&self, at: TriangleRef) -> Option<u32> {
+    pub(super) fn light_of(&self, at: PrimitiveRef) -> Option<u32> {
         let first = *self.first_group.get(at.placement as usize)? as usize;
         let group = self.groups[first..]
             .iter()
             .take_while(|g| g.placement == at.placement)
             .find(|g| g.chunk == at.chunk)?;
-        Some(self.first_light + group.first_triangle + at.triangle)
+        Some(self.first_light + group.first_triangle + at.primitive)
     }
 
     /// What the light tree needs to know, in order.
@@ -122,7 +141,14 @@ impl MeshLights {
             return None;
         }
         let radiance = group.constant.unwrap_or_else(|| {
-            let interaction = geometry.interaction(at, weights, -wi, 0.0, textures);
+            let view = View {
+                uv: weights,
+                p_ray: q,
+                wo: -wi,
+                time: 0.0,
+                footprint: 0.0,
+            };
+            let interaction = geometry.interaction(at, &view, textures);
             let surface = &interaction.surface;
             interaction.shader.emission(surface) * interaction.shader.opacity(surface)
         });
@@ -135,12 +161,12 @@ impl MeshLights {
         })
     }
 
-    fn triangle(&self, idx: u32) -> (TriangleRef, &Group) {
+    fn triangle(&self, idx: u32) -> (PrimitiveRef, &Group) {
         let group = &self.groups[self.groups.partition_point(|g| g.first_triangle <= idx) - 1];
-        let at = TriangleRef {
+        let at = PrimitiveRef {
             placement: group.placement,
             chunk: group.chunk,
-            triangle: idx - group.first_triangle,
+            primitive: idx - group.first_triangle,
         };
         (at, group)
     }

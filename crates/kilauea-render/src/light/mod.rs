@@ -141,9 +141,9 @@ impl Lights {
         !self.area.is_empty()
     }
 
-    /// Whether any mesh emits.
-    pub fn has_mesh_lights(&self) -> bool {
-        self.mesh.len() > 0
+    /// Prims that emit, but that no ray is aimed at because they move.
+    pub fn unsampled_prims(&self) -> impl Iterator<Item = u32> {
+        self.mesh.unsampled()
     }
 
     /// Whether light comes from infinity.
@@ -253,21 +253,24 @@ impl Lights {
         }
     }
 
-    /// Emission of a mesh that was hit, if it emits toward `surface.wo`; `distance` is to the
+    /// Emission of a surface that was hit, if it emits toward `surface.wo`; `distance` is to the
     /// receiver.
     #[inline]
-    pub fn emitted_by_mesh(
+    pub fn emitted_by_surface(
         &self,
         interaction: &Interaction<'_>,
         distance: f32,
         receiver: Option<Receiver>,
     ) -> Option<Emitted> {
-        let light = self.mesh.light_of(interaction.at)?;
+        if !interaction.shader.is_emissive() {
+            return None;
+        }
         let radiance = interaction.shader.emission(&interaction.surface);
         if radiance.is_black() {
             return None;
         }
-        let pdf = receiver.map_or(0.0, |r| {
+        let light = self.mesh.light_of(interaction.at);
+        let pdf = receiver.zip(light).map_or(0.0, |(r, light)| {
             let choice = self.finite_probability(r) * self.tree.probability(r.p, r.n, light);
             choice
                 * mesh::pdf(

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdUtils
 
 from kilauea.bounds import world_bounds
 from kilauea.errors import UsageError
 from kilauea.usd.arrays import matrix
 from kilauea.usd.context import Context
+from kilauea.usd.moving_space import transform_attributes
 from kilauea.usd.settings import RenderSpec
 
 DEFAULT_FRAMING = "<default framing>"
@@ -19,18 +21,44 @@ _FRAMING_HALF_ANGLE = math.radians(20.0)
 _FRAMING_MARGIN = 1.1
 
 
-def choose(stage: Usd.Stage, spec: RenderSpec, found: list[Usd.Prim]) -> UsdGeom.Camera | None:
+def choose(stage: Usd.Stage, spec: RenderSpec, time: Usd.TimeCode) -> UsdGeom.Camera | None:
     """Choose the asked camera, else `main_cam`, else the first of the stage."""
+    prim = None
+    if spec.camera and spec.camera.startswith("/"):
+        prim = stage.GetPrimAtPath(spec.camera)
+    found = [] if prim else _find(stage, time)
     if spec.camera:
-        prim = stage.GetPrimAtPath(spec.camera) if spec.camera.startswith("/") else None
-        if not prim:
-            prim = next((p for p in found if p.GetName() == spec.camera), None)
+        prim = prim or next((p for p in found if p.GetName() == spec.camera), None)
         if not prim or not prim.IsA(UsdGeom.Camera):
             raise UsageError(f"{spec.camera} is not a camera of the stage")
         return UsdGeom.Camera(prim)
     primary = UsdUtils.GetPrimaryCameraName()
     named = [p for p in found if p.GetName() == primary]
     return UsdGeom.Camera((named or found)[0]) if found else None
+
+
+def _find(stage: Usd.Stage, time: Usd.TimeCode) -> list[Usd.Prim]:
+    """Return the cameras of a stage that are not invisible, in its order."""
+    everything = Usd.PrimRange(stage.GetPseudoRoot(), Usd.TraverseInstanceProxies())
+    return [
+        prim
+        for prim in everything
+        if prim.IsA(UsdGeom.Camera)
+        and UsdGeom.Imageable(prim).ComputeVisibility(time) != UsdGeom.Tokens.invisible
+    ]
+
+
+def shutter(
+    camera: UsdGeom.Camera | None, spec: RenderSpec, time: Usd.TimeCode
+) -> tuple[float, float] | None:
+    """Return when the shutter opens and closes, relative to the frame; None where nothing blurs."""
+    if camera is None or not spec.motion_blur:
+        return None
+    opens = float(camera.GetShutterOpenAttr().Get(time))
+    closes = float(camera.GetShutterCloseAttr().Get(time))
+    if closes < opens:
+        spec.warnings.append(f"{camera.GetPath()}: the shutter closes before it opens: no blur")
+    return (opens, closes) if closes > opens else None
 
 
 def record(cx: Context, spec: RenderSpec, camera: UsdGeom.Camera | None) -> dict[str, Any]:
@@ -57,8 +85,6 @@ def record(cx: Context, spec: RenderSpec, camera: UsdGeom.Camera | None) -> dict
     window = conform(aperture, spec)
     # On the plane at distance one, or in scene units: aperture counts tenths of them.
     scale = 1 / focal_length if perspective else _TENTH
-    if spec.motion_blur and get(camera.GetShutterOpenAttr()) != get(camera.GetShutterCloseAttr()):
-        warnings.append(f"motion blur is not rendered yet ({path})")
     if camera.GetClippingPlanesAttr().Get(time):
         warnings.append(f"{path}: clippingPlanes are not rendered yet")
 
@@ -70,10 +96,12 @@ def record(cx: Context, spec: RenderSpec, camera: UsdGeom.Camera | None) -> dict
             lens_radius = _TENTH * focal_length / (2 * f_stop)
         else:
             warnings.append(f"{path}: fStop without focusDistance: everything is in focus")
-    world_from_camera = cx.xforms.GetLocalToWorldTransform(camera.GetPrim())
+    keys = _world_from_camera(cx, camera.GetPrim())
     return {
         "path": path,
-        "world_from_camera": list(matrix(world_from_camera.GetOrthonormalized(False))),
+        "world_from_camera": keys[0],
+        "later_world_from_camera": keys[1:],
+        "shutter": list(cx.motion.shutter or (0.0, 0.0)),
         "projection": "perspective" if perspective else "orthographic",
         "screen_window": [
             (offset[0] - window[0] / 2) * scale,
@@ -86,6 +114,17 @@ def record(cx: Context, spec: RenderSpec, camera: UsdGeom.Camera | None) -> dict
         "clipping_range": [float(v) for v in camera.GetClippingRangeAttr().Get(time)],
         "exposure_scale": float(camera.ComputeLinearExposureScale(time)),
     }
+
+
+def _world_from_camera(cx: Context, prim: Usd.Prim) -> list[list[float]]:
+    """Return the transform at each motion key, without scale and shear."""
+
+    def rigid(time: float) -> Any:
+        world_from_prim = cx.motion.xforms(time).GetLocalToWorldTransform(prim)
+        return np.array(world_from_prim.GetOrthonormalized(False))
+
+    times = cx.motion.times(prim, transform_attributes(prim, with_ancestors=True))
+    return [key.ravel().tolist() for key in cx.motion.matrices(times, rigid)]
 
 
 def conform(aperture: tuple[float, float], spec: RenderSpec) -> tuple[float, float]:

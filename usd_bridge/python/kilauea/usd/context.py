@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from kilauea import payload
+from kilauea.usd.motion import MotionSampler
 from kilauea.usd.options import FlattenOptions
 
 if TYPE_CHECKING:
@@ -28,6 +29,8 @@ class Inherited:
     """Nearest authored purpose."""
     primvars: list[UsdGeom.Primvar] = field(default_factory=list)
     """Constant primvars of ancestors in the same space."""
+    visibility: int = payload.ALL_RAYS
+    """Rays that meet it, as far as ancestors in the same space say."""
 
 
 @dataclass(slots=True)
@@ -45,8 +48,8 @@ class Space:
     """Read by materials and absent inside: an instance may bring them."""
     closed_primvars: set[str] = field(default_factory=set)
     """Read by materials and found inside."""
-    lights: list[tuple[Usd.Prim, Gf.Matrix4d]] = field(default_factory=list)
-    """Lights with their transform to the space."""
+    lights: list[tuple[Usd.Prim, Gf.Matrix4d, int]] = field(default_factory=list)
+    """Lights with their transform to the space and the rays that meet them."""
 
 
 class Notes:
@@ -84,7 +87,7 @@ class Context:
     bindings: Bindings
     materials: MaterialTable
     lights: LightTable
-    xforms: UsdGeom.XformCache
+    motion: MotionSampler
     notes: Notes = field(default_factory=Notes)
     skins: dict[Sdf.Path, Skinning] = field(default_factory=dict)
     """By path of the skinned prim."""
@@ -92,6 +95,5 @@ class Context:
     """Prototypes by what distinguishes them."""
     open_prototypes: set[Any] = field(default_factory=set)
     """Keys of the point instancers' prototypes that are being filled."""
-    cameras: list[Usd.Prim] = field(default_factory=list)
     walk: Callable[[list[Usd.Prim], Inherited, Space], None] = field(init=False)
     """Visits prims and everything below them; set while the stage is traversed."""

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdShade
+from pxr import Usd, UsdGeom, UsdShade
 
 from kilauea import payload
 from kilauea.usd import primvars
 from kilauea.usd.arrays import matrix, read_floats, read_ints, read_points
 from kilauea.usd.context import Context, Inherited, Space
+from kilauea.usd.points_based import point_keys
 
 IMPLICIT_TYPES = (
     *("Sphere", "Cube", "Cylinder", "Cylinder_1", "Cone", "Capsule", "Capsule_1", "Plane"),
@@ -21,21 +19,22 @@ def add_mesh(cx: Context, prim: Usd.Prim, inherited: Inherited, space: Space) ->
     """Append a mesh with its materials and the primvars that they read."""
     mesh = UsdGeom.Mesh(prim)
     face_vertex_counts = read_ints(mesh.GetFaceVertexCountsAttr(), cx.time)
-    points = _points(mesh, cx.time)
-    if not len(face_vertex_counts) and not len(points):
+    if not len(face_vertex_counts) and not len(read_points(mesh.GetPointsAttr(), cx.time)):
         cx.notes.add("Mesh without points", prim)
         return
     face_vertex_indices = read_ints(mesh.GetFaceVertexIndicesAttr(), cx.time)
     subdivision = _subdivision(mesh, cx.time)
-    normals = None if subdivision else primvars.normals(prim, mesh, cx.time)
-
-    space_from_mesh = inherited.space_from_prim
     skinning = cx.skins.get(prim.GetPath())
     if skinning:
-        points, normals = skinning.deform(points, normals, face_vertex_indices)
-        space_from_mesh = skinning.world_from_points(cx.xforms) * world_from(cx, space).GetInverse()
+        space_from_mesh, poses = skinning.poses(cx, mesh, face_vertex_indices, space)
+    else:
+        space_from_mesh, poses = inherited.space_from_prim, _poses(cx, mesh)
+    if subdivision:
+        # A limit surface has normals of its own.
+        for pose in poses:
+            pose.normals = None
 
-    material = _material(cx, prim, prim, inherited, space)
+    material = bound_material(cx, prim, prim, inherited, space)
     subsets = _subsets(cx, prim, material, inherited, space)
     read = cx.materials.primvars(material).union(
         *(cx.materials.primvars(s.material) for s in subsets)
@@ -46,17 +45,19 @@ def add_mesh(cx: Context, prim: Usd.Prim, inherited: Inherited, space: Space) ->
             path=str(prim.GetPath()),
             prototype=space.index,
             prototype_from_mesh=matrix(space_from_mesh),
-            points=points,
+            points=poses[0].points,
             face_vertex_counts=face_vertex_counts,
             face_vertex_indices=face_vertex_indices,
             material=material,
             hole_indices=holes if len(holes) else None,
             left_handed=mesh.GetOrientationAttr().Get(cx.time) == UsdGeom.Tokens.leftHanded,
             double_sided=bool(mesh.GetDoubleSidedAttr().Get(cx.time)),
-            normals=normals,
+            normals=poses[0].normals,
             primvars=primvars.gather(cx, prim, read, inherited, space),
             subsets=subsets,
             subdivision=subdivision,
+            later_keys=poses[1:],
+            visibility=inherited.visibility,
         )
     )
 
@@ -66,7 +67,7 @@ def add_implicit(cx: Context, prim: Usd.Prim, inherited: Inherited, space: Space
     shape = UsdGeom.Gprim(prim)
     axis = prim.GetAttribute("axis")
     kind = str(prim.GetTypeName()).removesuffix("_1")
-    material = _material(cx, prim, prim, inherited, space)
+    material = bound_material(cx, prim, prim, inherited, space)
     read = cx.materials.primvars(material)
     cx.frame.implicits.append(
         payload.Implicit(
@@ -80,24 +81,19 @@ def add_implicit(cx: Context, prim: Usd.Prim, inherited: Inherited, space: Space
             left_handed=shape.GetOrientationAttr().Get(cx.time) == UsdGeom.Tokens.leftHanded,
             double_sided=bool(shape.GetDoubleSidedAttr().Get(cx.time)),
             primvars=_constant_only(cx, prim, read, inherited, space),
+            visibility=inherited.visibility,
         )
     )
 
 
-def world_from(cx: Context, space: Space) -> Gf.Matrix4d:
-    """Return the transform of the space's first placement to the world."""
-    return (
-        Gf.Matrix4d(1)
-        if space.index == payload.WORLD
-        else cx.xforms.GetLocalToWorldTransform(space.root)
-    )
-
-
-def _points(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> Any:
-    if mesh.GetVelocitiesAttr().HasAuthoredValue():
-        # Velocities take the place of interpolation between samples.
-        return np.asarray(mesh.ComputePointsAtTime(time, time), np.float32).reshape(-1, 3)
-    return read_points(mesh.GetPointsAttr(), time)
+def _poses(cx: Context, mesh: UsdGeom.Mesh) -> list[payload.MeshKey]:
+    """Read points and normals at their motion keys."""
+    topology = (mesh.GetFaceVertexCountsAttr(), mesh.GetFaceVertexIndicesAttr())
+    times, keys = point_keys(cx, mesh, topology)
+    return [
+        payload.MeshKey(points, primvars.normals(mesh.GetPrim(), mesh, Usd.TimeCode(time)))
+        for time, points in zip(times, keys, strict=True)
+    ]
 
 
 def _subdivision(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> payload.Subdivision | None:
@@ -119,9 +115,10 @@ def _subdivision(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> payload.Subdivision 
     )
 
 
-def _material(
+def bound_material(
     cx: Context, bound: Usd.Prim, shape: Usd.Prim, inherited: Inherited, space: Space
 ) -> int:
+    """Return the material that is bound, or one for `shape`'s display primvars."""
     material = cx.bindings.resolve(bound) or space.fallback_material
     return _material_index(cx, material, shape, inherited, space)
 
@@ -156,7 +153,7 @@ def _subsets(
         if element_type != UsdGeom.Tokens.face:
             cx.notes.add(f"GeomSubset of {element_type} elements is not rendered", child)
             continue
-        material = _material(cx, child, prim, inherited, space)
+        material = bound_material(cx, child, prim, inherited, space)
         if material != mesh_material:
             faces = read_ints(subset.GetIndicesAttr(), cx.time)
             result.append(payload.Subset(faces=faces, material=material))

@@ -6,6 +6,7 @@ from collections.abc import Hashable, Iterable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pxr import Gf, Usd, UsdGeom, UsdShade, UsdSkel
 
 from kilauea import payload
@@ -61,6 +62,7 @@ def add_native(cx: Context, prim: Usd.Prim, inherited: Inherited, space: Space) 
             prototype=target.index,
             parent_from_prototype=np.array(inherited.space_from_prim, np.float64)[None],
             primvars=[p for p in carried if p.interpolation == "constant"],
+            visibility=inherited.visibility,
         )
     )
 
@@ -76,16 +78,11 @@ def add_point_instancer(cx: Context, prim: Usd.Prim, inherited: Inherited, space
     if indices.min() < 0 or indices.max() >= len(targets):
         cx.notes.add("PointInstancer skipped: protoIndices point outside prototypes", prim)
         return
-    local = instancer.ComputeInstanceTransformsAtTime(
-        cx.time,
-        cx.time,
-        UsdGeom.PointInstancer.ExcludeProtoXform,
-        UsdGeom.PointInstancer.IgnoreMask,
-    )
-    if len(local) != len(indices):
+    local = _instance_keys(cx, instancer, len(indices))
+    if not local:
         cx.notes.add("PointInstancer skipped: positions do not match protoIndices", prim)
         return
-    space_from_prototype = np.asarray(local) @ np.array(inherited.space_from_prim)
+    keys = [key @ np.array(inherited.space_from_prim) for key in local]
     mask = instancer.ComputeMaskAtTime(cx.time)
     visible = np.array(mask, bool) if len(mask) else np.ones(len(indices), bool)
 
@@ -111,17 +108,57 @@ def add_point_instancer(cx: Context, prim: Usd.Prim, inherited: Inherited, space
                 path=str(prim.GetPath()),
                 parent=space.index,
                 prototype=target.index,
-                parent_from_prototype=np.ascontiguousarray(space_from_prototype[selected]),
+                parent_from_prototype=np.ascontiguousarray(keys[0][selected]),
+                later_parent_from_prototype=[
+                    np.ascontiguousarray(key[selected]) for key in keys[1:]
+                ],
+                visibility=inherited.visibility,
                 primvars=[p for p in carried if p.interpolation == "constant"]
                 + [primvars.one_per_instance(varying[name], selected) for name in sorted(own)],
             )
         )
 
 
+def _instance_keys(
+    cx: Context, instancer: UsdGeom.PointInstancer, n_instances: int
+) -> list[NDArray[np.float64]]:
+    """Return (n, 4, 4) transforms at each motion key; nothing where positions do not match."""
+    prim = instancer.GetPrim()
+
+    def transforms(time: float) -> NDArray[np.float64]:
+        found = instancer.ComputeInstanceTransformsAtTime(
+            Usd.TimeCode(time),
+            cx.time,
+            UsdGeom.PointInstancer.ExcludeProtoXform,
+            UsdGeom.PointInstancer.IgnoreMask,
+        )
+        return np.asarray(found, np.float64).reshape(-1, 4, 4)
+
+    speeds = (instancer.GetVelocitiesAttr(), instancer.GetAngularVelocitiesAttr())
+    places = (
+        *(instancer.GetPositionsAttr(), instancer.GetScalesAttr()),
+        *(instancer.GetOrientationsAttr(), instancer.GetOrientationsfAttr()),
+    )
+    if any(speed.HasAuthoredValue() for speed in speeds):
+        times = cx.motion.evenly_spaced(prim, 1)
+    else:
+        times = cx.motion.times(prim, places)
+    if len(transforms(cx.motion.frame)) != n_instances:
+        return []
+    if any(len(transforms(time)) != n_instances for time in times):
+        cx.notes.add("instances change while the shutter is open: not blurred", prim)
+        times = [cx.motion.frame]
+    return cx.motion.matrices(times, transforms)
+
+
 class LightPlacement:
-    """Hands every light to the light table, once per placement of the prototype that holds it."""
+    """Hands every light to the light table, once per placement of the prototype that holds it.
+
+    Lights stand still while the shutter is open, where they are at the frame's time.
+    """
 
     def __init__(self, cx: Context) -> None:
+        self._cx = cx
         self._lights = cx.lights
         self._spaces = {space.index: space for space in cx.spaces.values()}
         self._placed: dict[int, list[payload.Instances]] = {}
@@ -131,12 +168,24 @@ class LightPlacement:
 
     def place(self, index: int, world_from_space: Gf.Matrix4d) -> None:
         """Place the lights of a prototype and of those inside it."""
-        for prim, space_from_light in self._spaces[index].lights:
-            self._lights.add(prim, space_from_light * world_from_space)
+        for prim, space_from_light, visibility in self._spaces[index].lights:
+            is_seen = bool(visibility & payload.CAMERA_RAYS)
+            self._lights.add(prim, space_from_light * world_from_space, is_seen)
         for instances in self._placed.get(index, ()):
             if self._holds_lights(instances.prototype):
-                for m in instances.parent_from_prototype:
+                for m in self._at_frame(instances):
                     self.place(instances.prototype, Gf.Matrix4d(m.tolist()) * world_from_space)
+
+    def _at_frame(self, instances: payload.Instances) -> NDArray[np.float64]:
+        keys = [instances.parent_from_prototype, *instances.later_parent_from_prototype]
+        if len(keys) == 1:
+            return keys[0]
+        root = self._spaces[instances.prototype].root
+        self._cx.notes.add("lights do not move while the shutter is open: not blurred", root)
+        position = self._cx.motion.frame_position * (len(keys) - 1)
+        before = min(int(position), len(keys) - 2)
+        share = position - before
+        return (1 - share) * keys[before] + share * keys[before + 1]
 
     def _holds_lights(self, index: int) -> bool:
         if index not in self._lit:

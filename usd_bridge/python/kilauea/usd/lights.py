@@ -38,12 +38,14 @@ class LightTable:
         self._remarks = Remarks(frame.warnings)
         self._records: list[dict[str, Any]] = []
 
-    def add(self, prim: Usd.Prim, world_from_light: Gf.Matrix4d) -> None:
+    def add(
+        self, prim: Usd.Prim, world_from_light: Gf.Matrix4d, visible_to_camera: bool = True
+    ) -> None:
         """Add a light, or say why it is not rendered; visibility is for the caller to judge."""
         light = _Light(prim, world_from_light, self._time, self._textures, self._remarks)
         record = light.record()
         if record is not None:
-            self._records.append(record)
+            self._records.append(record | {"visible_to_camera": visible_to_camera})
 
     def finish(self) -> None:
         """List the lights in the frame."""
@@ -86,7 +88,6 @@ class _Light:
             "diffuse": float(self._input("diffuse", 1.0)),
             "specular": float(self._input("specular", 1.0)),
             "shaping": self._shaping(shape),
-            "visible_to_camera": True,
         }
         if not _is_finite(record):
             self._remark("a number is not finite: not rendered")

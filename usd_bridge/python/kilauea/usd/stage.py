@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from pxr import Gf, Sdf, Tf, Usd, UsdGeom
+from pxr import Gf, Sdf, Tf, Usd
 
 from kilauea import payload
 from kilauea.errors import StageError
@@ -16,6 +16,7 @@ from kilauea.usd.context import Context, Inherited, Space
 from kilauea.usd.diagnostics import captured, composition_report, error_line
 from kilauea.usd.lights import LightTable
 from kilauea.usd.materials import MaterialTable
+from kilauea.usd.motion import MotionSampler
 from kilauea.usd.options import FlattenOptions
 from kilauea.usd.textures import TextureTable
 from kilauea.usd.traversal import Traversal
@@ -92,6 +93,7 @@ class SourceStage:
     def _fill(self, frame: payload.Frame, options: FlattenOptions) -> None:
         stage, time = self._stage, Usd.TimeCode(frame.time)
         spec = settings.read(stage, options, time)
+        camera = cameras.choose(stage, spec, time)
         textures = TextureTable(frame, options)
         cx = Context(
             stage=stage,
@@ -102,7 +104,7 @@ class SourceStage:
             bindings=Bindings(spec.material_purposes, options.scene_materials),
             materials=MaterialTable(frame, options, textures),
             lights=LightTable(frame, options, textures),
-            xforms=UsdGeom.XformCache(time),
+            motion=MotionSampler(frame.time, cameras.shutter(camera, spec, time)),
         )
         world = cx.spaces["world"] = Space(payload.WORLD, stage.GetPseudoRoot())
         roots = stage.GetPseudoRoot().GetFilteredChildren(Usd.TraverseInstanceProxies())
@@ -112,7 +114,6 @@ class SourceStage:
         textures.finish()
         frame.missing += cx.bindings.dangling()
 
-        camera = cameras.choose(stage, spec, cx.cameras)
         if options.image_width:
             settings.set_image_width(spec, options.image_width, camera)
         frame.camera = cameras.record(cx, spec, camera)

@@ -44,7 +44,7 @@ fn run_stage(stage: &Stage, seed: u64, until: u64, tally: &mut Tally) {
         let again = check(&builds, &oracle, &left, tally);
         let is_same = again.is_some_and(|again| {
             again.instance == hit.instance
-                && oracle.is_same_place(hit.instance, hit.triangle, again.triangle)
+                && oracle.is_same_place(hit.instance, hit.primitive, again.primitive)
         });
         tally.self_hit(&left.ray, again, is_same);
     }
@@ -53,25 +53,19 @@ fn run_stage(stage: &Stage, seed: u64, until: u64, tally: &mut Tally) {
 /// Traces a ray by all builds and judges what they find.
 fn check(builds: &Builds, oracle: &Oracle, aimed: &Aimed, tally: &mut Tally) -> Option<Hit> {
     let ray = &aimed.ray;
-    let [preview, preview_simd, quality, quality_simd] = &builds.0[..] else {
-        unreachable!("two qualities by two kernels");
-    };
     let nearest = oracle.nearest(ray);
-    let mut found = [None; 2];
-    for (i, [portable, simd]) in [[preview, preview_simd], [quality, quality_simd]]
-        .into_iter()
-        .enumerate()
-    {
-        found[i] = portable.intersect(ray);
-        let is_hit = found[i].is_some();
-        let agree = simd.intersect(ray) == found[i]
-            && [portable, simd]
-                .iter()
-                .all(|accel| accel.occluded(ray) == is_hit);
-        tally.kernels_differ(ray, found[i], !agree);
-        tally.judge(oracle, aimed, nearest, found[i]);
-    }
+    // Of each quality: the portable kernel, then AVX2 with and without special walks.
+    let [found, other] = [0, 1].map(|quality| {
+        let builds = &builds.0[3 * quality..3 * (quality + 1)];
+        let found = builds[0].intersect(ray);
+        let agree = builds
+            .iter()
+            .all(|accel| accel.intersect(ray) == found && accel.occluded(ray) == found.is_some());
+        tally.kernels_differ(ray, found, !agree);
+        tally.judge(oracle, aimed, nearest, found);
+        found
+    });
     tally.n_rays += 1;
-    tally.n_trees += u64::from(found[0] != found[1]);
-    found[0]
+    tally.n_trees += u64::from(found != other);
+    found
 }

@@ -140,7 +140,7 @@ impl Oracle {
     pub(crate) fn reported(&self, ray: &Ray, hit: &Hit) -> Reported {
         let placed = &self.placed[hit.instance as usize];
         let shear = placed.shear(ray);
-        let corners = &placed.corners[hit.triangle as usize];
+        let corners = &placed.corners[hit.primitive as usize];
         let seen = shear.see(corners);
         let is_sure = seen.depth_inside() > 1e-3 * placed.border(&seen);
         let off_by = if seen.is_inside() {

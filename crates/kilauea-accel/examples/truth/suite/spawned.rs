@@ -13,7 +13,7 @@ const LEAST_SINE: f64 = 1e-6;
 /// A ray off a surface, in a random direction to either side, often a grazing one.
 pub(crate) fn leave(stage: &Stage, oracle: &Oracle, hit: &Hit, random: &mut Random) -> Aimed {
     let placement = hit.instance as usize;
-    let corners = stage.corners(placement, hit.triangle);
+    let corners = stage.corners(placement, hit.primitive);
     let world_from_geometry = &stage.placements[placement].world_from_geometry;
     let error = if *world_from_geometry == DAffine3::IDENTITY {
         PlacementError::NONE

@@ -99,8 +99,8 @@ impl Tally {
 
         let is_wrong = nearest.is_some_and(|clear| {
             clear.instance == hit.instance
-                && clear.triangle < hit.triangle
-                && oracle.is_same_place(hit.instance, clear.triangle, hit.triangle)
+                && clear.triangle < hit.primitive
+                && oracle.is_same_place(hit.instance, clear.triangle, hit.primitive)
         });
         self.n_wrong += u64::from(is_wrong);
         self.note(is_wrong && self.n_wrong == 1, "later of equals", ray, found);

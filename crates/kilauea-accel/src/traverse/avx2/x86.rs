@@ -1,19 +1,23 @@
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::{
-    __m128, __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_add_ps,
-    _mm_and_ps, _mm_andnot_ps, _mm_cmp_ps, _mm_fmadd_ps, _mm_load_ps, _mm_max_ps, _mm_min_ps,
-    _mm_movemask_ps, _mm_mul_ps, _mm_or_ps, _mm_prefetch, _mm_set1_ps, _mm_setzero_ps, _mm_sub_ps,
-    _mm_xor_ps, _mm256_cmp_ps, _mm256_load_ps, _mm256_max_ps, _mm256_min_ps, _mm256_movemask_ps,
-    _mm256_mul_ps, _mm256_set1_ps, _mm256_store_ps, _mm256_sub_ps,
+    __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_load_ps, _mm_prefetch,
+    _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_cmp_ps,
+    _mm256_div_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_max_ps, _mm256_min_ps,
+    _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps, _mm256_setzero_ps,
+    _mm256_store_ps, _mm256_sub_ps, _mm256_xor_ps,
 };
 use std::mem::MaybeUninit;
 
-use crate::node::{Leaf4, Node8, STACK_CAPACITY};
+use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
-use crate::traverse::kernel::{Entries, Kernel};
+use crate::traverse::keep::Keep;
+use crate::traverse::kernel::{Candidates, Distances, Kernel, Lanes};
 use crate::traverse::stack::{Entry, Storage};
 use crate::traverse::tree_ray::TreeRay;
 use crate::traverse::two_level::{self, Scene};
+
+/// Products of tiny triangles lose digits below this: nothing there is certain.
+const UNDERFLOW: f32 = 1e-34;
 
 /// Proof that the processor has AVX2, FMA, BMI and POPCNT: only [`Avx2::detect`] makes one.
 #[derive(Clone, Copy, Debug)]
@@ -30,35 +34,25 @@ impl Avx2 {
     }
 
     #[inline(always)]
-    pub(crate) fn closest(
-        self,
-        scene: Scene<'_>,
-        ray: &Ray,
-        keep: impl FnMut(&Hit) -> bool,
-    ) -> Option<Hit> {
+    pub(crate) fn closest(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
         // SAFETY: `self` proves the features.
         unsafe { closest(self, scene, ray, keep) }
     }
 
     #[inline(always)]
-    pub(crate) fn occluded(
-        self,
-        scene: Scene<'_>,
-        ray: &Ray,
-        keep: impl FnMut(&Hit) -> bool,
-    ) -> bool {
+    pub(crate) fn occluded(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
         // SAFETY: `self` proves the features.
         unsafe { occluded(self, scene, ray, keep) }
     }
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn closest(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl FnMut(&Hit) -> bool) -> Option<Hit> {
+fn closest(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
     two_level::closest(avx2, scene, ray, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn occluded(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl FnMut(&Hit) -> bool) -> bool {
+fn occluded(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
     two_level::occluded(avx2, scene, ray, keep)
 }
 
@@ -77,13 +71,13 @@ pub(crate) struct NodeRay {
 #[derive(Clone, Copy)]
 pub(crate) struct LeafRay {
     /// By axis as sheared: the direction's own last.
-    origin: [__m128; 3],
-    shear: [__m128; 2],
+    origin: [__m256; 3],
+    shear: [__m256; 2],
     axes: [usize; 3],
-    /// Largest component of the direction, by which distances in the tree count.
-    dir_largest: __m128,
-    t_min: __m128,
-    rounded_size: __m128,
+    /// Largest component of the direction.
+    dir_largest: __m256,
+    t_min: __m256,
+    rounded_size: __m256,
 }
 
 impl Kernel for Avx2 {
@@ -112,24 +106,24 @@ impl Kernel for Avx2 {
         unsafe {
             LeafRay {
                 origin: [
-                    _mm_set1_ps(ray.origin[kx]),
-                    _mm_set1_ps(ray.origin[ky]),
-                    _mm_set1_ps(ray.origin[kz]),
+                    _mm256_set1_ps(ray.origin[kx]),
+                    _mm256_set1_ps(ray.origin[ky]),
+                    _mm256_set1_ps(ray.origin[kz]),
                 ],
-                shear: [_mm_set1_ps(ray.shear[0]), _mm_set1_ps(ray.shear[1])],
+                shear: [_mm256_set1_ps(ray.shear[0]), _mm256_set1_ps(ray.shear[1])],
                 axes: ray.axes,
-                dir_largest: _mm_set1_ps((ray.dir_f64[kz] / ray.t_scale) as f32),
-                t_min: _mm_set1_ps(ray.t_min),
-                rounded_size: _mm_set1_ps(ray.rounded_size),
+                dir_largest: _mm256_set1_ps(ray.dir_f64[kz] as f32),
+                t_min: _mm256_set1_ps(ray.t_min),
+                rounded_size: _mm256_set1_ps(ray.rounded_size),
             }
         }
     }
 
     #[inline(always)]
-    fn slabs(self, ray: &NodeRay, limit: f32, node: &Node8) -> (u32, Entries) {
-        let mut entries = Entries([0.0; 8]);
+    fn slabs(self, ray: &NodeRay, limit: f32, node: &Node8) -> (u32, Lanes) {
+        let mut entries = Lanes([0.0; 8]);
         // SAFETY: `self` proves the features; `near_plane` is below 6, and flipping bit 0 keeps it
-        // so; a row of planes is 32 bytes in a node aligned to 64, and `Entries` is aligned to 32.
+        // so; a row of planes is 32 bytes in a node aligned to 64, and `Lanes` is aligned to 32.
         unsafe {
             let near_x = slab(node, ray.near_plane[0], ray.origin[0], ray.near_rcp[0]);
             let near_y = slab(node, ray.near_plane[1], ray.origin[1], ray.near_rcp[1]);
@@ -152,42 +146,92 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
-    fn candidates(self, ray: &LeafRay, limit: f32, leaf: &Leaf4) -> u32 {
-        // SAFETY: `self` proves the features.
+    fn candidates(
+        self,
+        ray: &LeafRay,
+        limit: f32,
+        leaf: &PairLeaf,
+        distances: &mut Distances,
+    ) -> Candidates {
+        // SAFETY: `self` proves the features; rows of corners are aligned to 16 bytes, each but
+        // the last of an axis is followed by the next, and `Lanes` is aligned to 32.
         unsafe {
-            let (ax, ay, az) = shear(ray, leaf, 0);
-            let (bx, by, bz) = shear(ray, leaf, 1);
-            let (cx, cy, cz) = shear(ray, leaf, 2);
+            let rows = leaf.corners.as_ptr().cast::<f32>();
+            let row = |axis: usize, corner: usize| rows.add(axis * 16 + corner * 4);
+            let twice = |axis| _mm256_broadcast_ps(&_mm_load_ps(row(axis, 0)));
+            let two = |corner| move |axis| _mm256_loadu_ps(row(axis, corner));
+            let (ax, ay, az) = shear(ray, twice);
+            let (bx, by, bz) = shear(ray, two(1));
+            let (cx, cy, cz) = shear(ray, two(2));
             let u = cross(cx, cy, bx, by);
             let v = cross(ax, ay, cx, cy);
             let w = cross(bx, by, ax, ay);
-            let zero = _mm_setzero_ps();
-            let low = _mm_min_ps(_mm_min_ps(u, v), w);
-            let high = _mm_max_ps(_mm_max_ps(u, v), w);
-            let inside = _mm_or_ps(
-                _mm_cmp_ps::<_CMP_GE_OQ>(low, zero),
-                _mm_cmp_ps::<_CMP_LE_OQ>(high, zero),
+            let zero = _mm256_setzero_ps();
+            let low = _mm256_min_ps(_mm256_min_ps(u, v), w);
+            let high = _mm256_max_ps(_mm256_max_ps(u, v), w);
+            let inside = _mm256_or_ps(
+                _mm256_cmp_ps::<_CMP_GE_OQ>(low, zero),
+                _mm256_cmp_ps::<_CMP_LE_OQ>(high, zero),
             );
+            if _mm256_movemask_ps(inside) == 0 {
+                return Candidates {
+                    possible: 0,
+                    certain: 0,
+                };
+            }
 
-            // Distance times `scale`, and how far off it may be. A NaN excludes nothing.
-            let minus_zero = _mm_set1_ps(-0.0);
-            let scale = _mm_mul_ps(_mm_add_ps(_mm_add_ps(u, v), w), ray.dir_largest);
-            let along = _mm_fmadd_ps(u, az, _mm_fmadd_ps(v, bz, _mm_mul_ps(w, cz)));
-            let distance = _mm_xor_ps(along, _mm_and_ps(scale, minus_zero));
-            let scale = _mm_andnot_ps(minus_zero, scale);
-            let error = _mm_fmadd_ps(
-                _mm_set1_ps(leaf.error[0]),
-                _mm_add_ps(_mm_andnot_ps(minus_zero, az), ray.rounded_size),
-                _mm_set1_ps(leaf.error[1]),
+            // Distance times `scale`, and how far off it and the edge functions may be.
+            let minus_zero = _mm256_set1_ps(-0.0);
+            let scale = _mm256_mul_ps(_mm256_add_ps(_mm256_add_ps(u, v), w), ray.dir_largest);
+            let along = _mm256_fmadd_ps(u, az, _mm256_fmadd_ps(v, bz, _mm256_mul_ps(w, cz)));
+            let distance = _mm256_xor_ps(along, _mm256_and_ps(scale, minus_zero));
+            let scale = _mm256_andnot_ps(minus_zero, scale);
+            let [edge_error, longest] = leaf.error;
+            let reach = _mm256_add_ps(
+                _mm256_andnot_ps(minus_zero, az),
+                _mm256_add_ps(ray.rounded_size, _mm256_set1_ps(3.0 * longest)),
             );
-            let before =
-                _mm_cmp_ps::<_CMP_LT_OQ>(_mm_add_ps(distance, error), _mm_mul_ps(scale, ray.t_min));
-            let beyond = _mm_cmp_ps::<_CMP_GT_OQ>(
-                _mm_sub_ps(distance, error),
-                _mm_mul_ps(scale, _mm_set1_ps(limit)),
+            let underflow = _mm256_set1_ps(UNDERFLOW);
+            let edge_error = _mm256_fmadd_ps(_mm256_set1_ps(edge_error), reach, underflow);
+            let error = _mm256_fmadd_ps(_mm256_set1_ps(6.0 * longest), edge_error, underflow);
+
+            // What is not certainly out of the range is possible; a NaN excludes nothing.
+            let nearest = _mm256_sub_ps(distance, error);
+            let furthest = _mm256_add_ps(distance, error);
+            let begin = _mm256_mul_ps(scale, ray.t_min);
+            let end = _mm256_mul_ps(scale, _mm256_set1_ps(limit));
+            let outside = _mm256_or_ps(
+                _mm256_cmp_ps::<_CMP_LT_OQ>(furthest, begin),
+                _mm256_cmp_ps::<_CMP_GT_OQ>(nearest, end),
             );
-            let outside = _mm_or_ps(before, beyond);
-            _mm_movemask_ps(_mm_andnot_ps(outside, inside)) as u32
+            let clear_of_edges = _mm256_or_ps(
+                _mm256_cmp_ps::<_CMP_GT_OQ>(low, edge_error),
+                _mm256_cmp_ps::<_CMP_GT_OQ>(_mm256_xor_ps(high, minus_zero), edge_error),
+            );
+            let in_range = _mm256_and_ps(
+                _mm256_cmp_ps::<_CMP_GT_OQ>(nearest, begin),
+                _mm256_cmp_ps::<_CMP_LT_OQ>(furthest, end),
+            );
+            let certain = _mm256_and_ps(clear_of_edges, in_range);
+
+            let candidates = Candidates {
+                possible: _mm256_movemask_ps(_mm256_andnot_ps(outside, inside)) as u32,
+                certain: _mm256_movemask_ps(certain) as u32,
+            };
+            if candidates.certain != 0 {
+                let rcp_scale = _mm256_div_ps(_mm256_set1_ps(1.0), scale);
+                let below = _mm256_set1_ps(1.0 - 4.0 * f32::EPSILON);
+                let above = _mm256_set1_ps(1.0 + 4.0 * f32::EPSILON);
+                _mm256_store_ps(
+                    distances.nearest.0.as_mut_ptr(),
+                    _mm256_mul_ps(_mm256_mul_ps(nearest, rcp_scale), below),
+                );
+                _mm256_store_ps(
+                    distances.furthest.0.as_mut_ptr(),
+                    _mm256_mul_ps(_mm256_mul_ps(furthest, rcp_scale), above),
+                );
+            }
+            candidates
         }
     }
 
@@ -239,22 +283,22 @@ unsafe fn slab(node: &Node8, plane: usize, origin: __m256, rcp: __m256) -> __m25
     }
 }
 
-/// A corner of each triangle, sheared into the plane across the ray, and how far along.
+/// A corner of each triangle, sheared into the plane across the ray, and how far along;
+/// `coordinates` loads those of an axis.
 ///
 /// # Safety
-/// Needs AVX2 and `vertex < 3`.
+/// Needs AVX2.
 #[inline(always)]
-unsafe fn shear(ray: &LeafRay, leaf: &Leaf4, vertex: usize) -> (__m128, __m128, __m128) {
-    let corner = leaf.v.as_ptr().cast::<f32>().wrapping_add(vertex * 12);
+unsafe fn shear(ray: &LeafRay, coordinates: impl Fn(usize) -> __m256) -> (__m256, __m256, __m256) {
     let [kx, ky, kz] = ray.axes;
-    // SAFETY: the axes are below 3, so each row is inside `v`; rows are aligned to 16 bytes.
+    // SAFETY: as the caller promises.
     unsafe {
-        let x = _mm_sub_ps(_mm_load_ps(corner.add(kx * 4)), ray.origin[0]);
-        let y = _mm_sub_ps(_mm_load_ps(corner.add(ky * 4)), ray.origin[1]);
-        let along = _mm_sub_ps(_mm_load_ps(corner.add(kz * 4)), ray.origin[2]);
+        let x = _mm256_sub_ps(coordinates(kx), ray.origin[0]);
+        let y = _mm256_sub_ps(coordinates(ky), ray.origin[1]);
+        let along = _mm256_sub_ps(coordinates(kz), ray.origin[2]);
         (
-            _mm_sub_ps(x, _mm_mul_ps(ray.shear[0], along)),
-            _mm_sub_ps(y, _mm_mul_ps(ray.shear[1], along)),
+            _mm256_sub_ps(x, _mm256_mul_ps(ray.shear[0], along)),
+            _mm256_sub_ps(y, _mm256_mul_ps(ray.shear[1], along)),
             along,
         )
     }
@@ -265,9 +309,9 @@ unsafe fn shear(ray: &LeafRay, leaf: &Leaf4, vertex: usize) -> (__m128, __m128, 
 /// # Safety
 /// Needs AVX2.
 #[inline(always)]
-unsafe fn cross(ax: __m128, ay: __m128, bx: __m128, by: __m128) -> __m128 {
+unsafe fn cross(ax: __m256, ay: __m256, bx: __m256, by: __m256) -> __m256 {
     // SAFETY: as the caller promises.
-    unsafe { _mm_sub_ps(_mm_mul_ps(ax, by), _mm_mul_ps(ay, bx)) }
+    unsafe { _mm256_sub_ps(_mm256_mul_ps(ax, by), _mm256_mul_ps(ay, bx)) }
 }
 
 /// Storage that is neither cleared nor checked.

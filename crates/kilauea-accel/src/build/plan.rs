@@ -1,0 +1,260 @@
+//! What becomes of geometries and placements: baked into a common tree, or a tree of its own and
+//! instances.
+
+use super::parts::Sorted;
+use super::{Soup, blocks, build_tree};
+use crate::block::{Block, BlockTree};
+use crate::forest::{Forest, Kind, PartTrees};
+use crate::geometry::{Geometry, Placement, Quality};
+use crate::visibility::Visibility;
+use kilauea_math::{Bounds3, DAffine3, DVec3, Vec3};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The trees of a scene and where they stand.
+pub(crate) struct Plan {
+    pub(crate) forest: Forest,
+    /// Trees with the placement that they belong to; none for what is baked.
+    pub(crate) placed: Vec<(PartTrees, Option<u32>)>,
+    /// Primitives and placements left out.
+    pub(crate) n_rejected: usize,
+}
+
+impl Plan {
+    pub(crate) fn new(
+        geometries: &[Geometry<'_>],
+        placements: &[Placement],
+        quality: Quality,
+    ) -> Self {
+        let is_valid = |placement: &Placement| {
+            (placement.geometry as usize) < geometries.len()
+                && placement.keys().iter().all(has_inverse)
+        };
+        let (valid, invalid): (Vec<_>, Vec<_>) =
+            (0_u32..).zip(placements).partition(|(_, p)| is_valid(p));
+        let mut n_rejected = invalid.len();
+        let mut n_placed = vec![0_u32; geometries.len()];
+        for (_, placement) in &valid {
+            n_placed[placement.geometry as usize] += 1;
+        }
+        let is_baked = |placement: &Placement| {
+            let geometry = placement.geometry as usize;
+            n_placed[geometry] == 1
+                && placement.motion.is_none()
+                && keeps_shape(&geometries[geometry], &placement.world_from_geometry)
+        };
+
+        let mut baked: BTreeMap<Visibility, Soup> = BTreeMap::new();
+        let mut instanced = BTreeSet::new();
+        for (index, placement) in &valid {
+            let geometry = &geometries[placement.geometry as usize];
+            if !is_baked(placement) {
+                instanced.insert(placement.geometry);
+                continue;
+            }
+            for visibility in still_visibilities(geometry) {
+                let soup = baked.entry(visibility & placement.visibility).or_default();
+                let place = &placement.world_from_geometry;
+                soup.add_baked((geometry, visibility), *index, place);
+            }
+        }
+        let built: Vec<BuiltGeometry> = geometries
+            .par_iter()
+            .zip(&n_placed)
+            .enumerate()
+            .map(|(index, (geometry, &n_placed))| match n_placed {
+                0 => BuiltGeometry::default(),
+                _ => BuiltGeometry::new(geometry, instanced.contains(&(index as u32)), quality),
+            })
+            .collect();
+
+        let mut forest = Forest::default();
+        let mut placed = Vec::new();
+        let mut parts_of = Vec::with_capacity(built.len());
+        for geometry in built {
+            n_rejected += geometry.n_rejected;
+            let parts = geometry.trees.into_iter();
+            parts_of.push(
+                parts
+                    .map(|(trees, visibility)| trees.plant(&mut forest, visibility))
+                    .collect::<Vec<_>>(),
+            );
+        }
+        for (index, placement) in &valid {
+            for part in &parts_of[placement.geometry as usize] {
+                let visibility = part.visibility & placement.visibility;
+                placed.push((
+                    PartTrees {
+                        visibility,
+                        ..*part
+                    },
+                    Some(*index),
+                ));
+            }
+        }
+        for (visibility, soup) in baked {
+            n_rejected += soup.n_rejected;
+            let trees = Trees::Triangles(build_tree(soup, quality));
+            placed.push((trees.plant(&mut forest, visibility), None));
+        }
+        placed.retain(|(part, _)| part.visibility != Visibility::NONE);
+        Self {
+            forest,
+            placed,
+            n_rejected,
+        }
+    }
+}
+
+/// Trees of one part, by interval between motion keys.
+enum Trees {
+    Triangles(crate::node::Tree),
+    MovingTriangles(Vec<BlockTree<crate::block::MovingPairs>>),
+    Spheres(Vec<BlockTree<crate::block::SphereBlock>>),
+    MovingSpheres(Vec<BlockTree<crate::block::MovingSphereBlock>>),
+    Curves(Vec<BlockTree<crate::block::CurveBlock>>),
+    MovingCurves(Vec<BlockTree<crate::block::MovingCurveBlock>>),
+}
+
+impl Trees {
+    /// Moves the trees into the forest.
+    fn plant(self, forest: &mut Forest, visibility: Visibility) -> PartTrees {
+        fn append<B: Block>(all: &mut Vec<BlockTree<B>>, new: Vec<BlockTree<B>>) -> (u32, usize) {
+            let first = all.len() as u32;
+            let n = new.len();
+            all.extend(new);
+            (first, n)
+        }
+        let (kind, (first, n)) = match self {
+            Self::Triangles(tree) => {
+                forest.triangles.push(tree);
+                (Kind::Triangles, (forest.triangles.len() as u32 - 1, 0))
+            }
+            Self::MovingTriangles(trees) => {
+                let at = append(&mut forest.moving_triangles, trees);
+                (Kind::MovingTriangles, at)
+            }
+            Self::Spheres(trees) => (Kind::Spheres, append(&mut forest.spheres, trees)),
+            Self::MovingSpheres(trees) => (
+                Kind::MovingSpheres,
+                append(&mut forest.moving_spheres, trees),
+            ),
+            Self::Curves(trees) => (Kind::Curves, append(&mut forest.curves, trees)),
+            Self::MovingCurves(trees) => {
+                (Kind::MovingCurves, append(&mut forest.moving_curves, trees))
+            }
+        };
+        PartTrees {
+            kind,
+            first,
+            n_keys: n as u32 + 1,
+            visibility,
+        }
+    }
+}
+
+/// The trees of one geometry, in its own space.
+#[derive(Default)]
+struct BuiltGeometry {
+    trees: Vec<(Trees, Visibility)>,
+    n_rejected: usize,
+}
+
+impl BuiltGeometry {
+    /// Leaves still triangles out unless `is_instanced`.
+    fn new(geometry: &Geometry<'_>, is_instanced: bool, quality: Quality) -> Self {
+        let sorted = Sorted::new(geometry);
+        let mut built = Self {
+            trees: Vec::new(),
+            n_rejected: sorted.n_rejected,
+        };
+        if is_instanced {
+            for visibility in still_visibilities(geometry) {
+                let soup = Soup::from_geometry(geometry, visibility);
+                built.n_rejected += soup.n_rejected;
+                if soup.n_triangles > 0 {
+                    built.add(Trees::Triangles(build_tree(soup, quality)), visibility);
+                }
+            }
+        }
+        for ((n_keys, visibility), part) in &sorted.moving_triangles {
+            if !part.ids.is_empty() {
+                let trees =
+                    (0..n_keys - 1).map(|k| blocks::over_moving_triangles(part, k, quality));
+                built.add(Trees::MovingTriangles(trees.collect()), *visibility);
+            }
+        }
+        for ((n_keys, visibility), part) in &sorted.spheres {
+            let trees = match n_keys {
+                _ if part.ids.is_empty() => continue,
+                1 => Trees::Spheres(vec![blocks::over_spheres(part, quality)]),
+                _ => Trees::MovingSpheres(
+                    (0..n_keys - 1)
+                        .map(|key| blocks::over_moving_spheres(part, key, quality))
+                        .collect(),
+                ),
+            };
+            built.add(trees, *visibility);
+        }
+        for ((n_keys, visibility), part) in &sorted.curves {
+            let trees = match n_keys {
+                _ if part.ids.is_empty() => continue,
+                1 => Trees::Curves(vec![blocks::over_curves(part, quality)]),
+                _ => Trees::MovingCurves(
+                    (0..n_keys - 1)
+                        .map(|key| blocks::over_moving_curves(part, key, quality))
+                        .collect(),
+                ),
+            };
+            built.add(trees, *visibility);
+        }
+        built
+    }
+
+    fn add(&mut self, trees: Trees, visibility: Visibility) {
+        self.trees.push((trees, visibility));
+    }
+}
+
+/// The visibilities that meshes which stand still have.
+fn still_visibilities(geometry: &Geometry<'_>) -> BTreeSet<Visibility> {
+    geometry
+        .meshes
+        .iter()
+        .filter(|mesh| mesh.positions.len() <= 1)
+        .map(|mesh| mesh.visibility)
+        .filter(|&visibility| visibility != Visibility::NONE)
+        .collect()
+}
+
+/// Whether a ray can be taken into the geometry's space.
+fn has_inverse(world_from_geometry: &DAffine3) -> bool {
+    world_from_geometry.is_finite()
+        && world_from_geometry.matrix3.determinant() != 0.0
+        && world_from_geometry.inverse().is_finite()
+}
+
+/// Whether the meshes keep 14 bits across their width when their positions are rounded in engine
+/// space; further from the origin they are more accurate, if slower, as an instance.
+fn keeps_shape(geometry: &Geometry<'_>, world_from_geometry: &DAffine3) -> bool {
+    const MAX_DISTANCE_IN_WIDTHS: f64 = 1024.0;
+    if *world_from_geometry == DAffine3::IDENTITY {
+        return true;
+    }
+    let positions = geometry
+        .meshes
+        .iter()
+        .filter_map(|mesh| mesh.positions.first());
+    let bounds = Bounds3::from_points(
+        positions
+            .flat_map(|positions| positions.iter().copied().map(Vec3::from_array))
+            .filter(|p| p.is_finite()),
+    );
+    if bounds.is_empty() {
+        return true;
+    }
+    let center = world_from_geometry.transform_point3(bounds.center().as_dvec3());
+    let half: DVec3 = 0.5 * bounds.diagonal().as_dvec3();
+    let width = (world_from_geometry.matrix3 * half).length();
+    center.abs().max_element() <= MAX_DISTANCE_IN_WIDTHS * width
+}

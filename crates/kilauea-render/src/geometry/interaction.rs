@@ -1,0 +1,80 @@
+use kilauea_accel::{Ray, Visibility};
+use kilauea_math::{Vec2, Vec3};
+use kilauea_shading::Surface;
+use shaders::Shader;
+
+use super::PrimitiveRef;
+
+/// How a point on a primitive is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// The hit's parameters: weights of a triangle's second and third corner; along and across a
+    /// curve.
+    pub uv: Vec2,
+    /// The point as the ray found it, engine space. Not read on triangles, which have it from `uv`.
+    pub p_ray: Vec3,
+    /// Unit vector to where the ray came from.
+    pub wo: Vec3,
+    /// When, in [0, 1] over the shutter.
+    pub time: f32,
+    /// Width of the ray; 0 asks for the finest texture level.
+    pub footprint: f32,
+}
+
+/// A point on a surface, before any shader ran.
+#[derive(Clone, Copy)]
+pub struct Interaction<'a> {
+    /// Which primitive.
+    pub at: PrimitiveRef,
+    /// What shaders see.
+    pub surface: Surface<'a>,
+    /// Bound on the rounding error of `surface.p` in any axis.
+    pub p_error: f32,
+    /// The material's shader.
+    pub shader: &'a Shader,
+    /// When, in [0, 1] over the shutter.
+    pub time: f32,
+}
+
+impl Interaction<'_> {
+    /// A ray from here in the unit direction `dir`, that does not meet the primitive it leaves:
+    /// its origin is moved along the normal by the bound on the rounding error (PBR 4ed., 6.8.6).
+    #[inline]
+    pub fn spawn_ray(&self, dir: Vec3, t_max: f32, visibility: Visibility) -> Ray {
+        Ray {
+            origin: self.offset_origin(dir),
+            dir,
+            t_min: 0.0,
+            t_max,
+            time: self.time,
+            visibility,
+        }
+    }
+
+    /// The point, moved off the surface to the side of `dir`.
+    #[inline]
+    pub fn offset_origin(&self, dir: Vec3) -> Vec3 {
+        let n = self.surface.ng;
+        let distance = n.abs().element_sum() * self.p_error;
+        let offset = n * distance.copysign(dir.dot(n));
+        let p = self.surface.p + offset;
+        // The sum rounds too: step outward where it fell short.
+        Vec3::new(
+            step_away(p.x, offset.x),
+            step_away(p.y, offset.y),
+            step_away(p.z, offset.z),
+        )
+    }
+}
+
+/// The next number in the direction of `offset`.
+#[inline]
+fn step_away(x: f32, offset: f32) -> f32 {
+    if offset > 0.0 {
+        x.next_up()
+    } else if offset < 0.0 {
+        x.next_down()
+    } else {
+        x
+    }
+}

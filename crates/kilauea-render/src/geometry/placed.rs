@@ -1,0 +1,145 @@
+use std::borrow::Cow;
+
+use kilauea_math::{DAffine3, Mat3, Vec3};
+use kilauea_scene::Visibility;
+
+use super::keys::{TransformKeys, key_before};
+
+/// A prototype placed in engine space.
+#[derive(Clone, Debug)]
+pub(super) struct Placed {
+    pub(super) prototype: u32,
+    pub(super) motion: PlacedMotion,
+    /// Index into the geometry's slots of the prototype's first chunk.
+    pub(super) first_slots: u32,
+    /// Which per-instance primvars apply: prototype, its instances, and the index in them.
+    pub(super) attributes: Option<(u32, u32, u32)>,
+    pub(super) visibility: Visibility,
+    /// Number of the placement among all that are not the world: the instanceId.
+    pub(super) instance_id: i32,
+}
+
+/// Where a placement is at any time.
+#[derive(Clone, Debug)]
+pub(super) enum PlacedMotion {
+    Still(EngineTransform),
+    /// By motion key.
+    Moving(Box<[EngineTransform]>),
+}
+
+/// Takes a chunk's positions to engine space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EngineTransform {
+    linear: Mat3,
+    translation: Vec3,
+    is_identity: bool,
+    /// −1 where it mirrors.
+    handedness: f32,
+}
+
+impl PlacedMotion {
+    pub(super) fn new(engine_from_chunk: &TransformKeys) -> Self {
+        match engine_from_chunk {
+            TransformKeys::Still(transform) => Self::Still(EngineTransform::new(transform)),
+            TransformKeys::Moving(keys) => {
+                Self::Moving(keys.iter().map(EngineTransform::new).collect())
+            }
+        }
+    }
+
+    /// The transform at a time in [0, 1].
+    #[inline]
+    pub(super) fn at(&self, time: f32) -> Cow<'_, EngineTransform> {
+        match self {
+            Self::Still(transform) => Cow::Borrowed(transform),
+            Self::Moving(keys) => {
+                let (before, share) = key_before(keys.len(), time);
+                Cow::Owned(keys[before].toward(&keys[before + 1], share))
+            }
+        }
+    }
+
+    pub(super) fn is_moving(&self) -> bool {
+        matches!(self, Self::Moving(_))
+    }
+}
+
+impl EngineTransform {
+    fn new(engine_from_chunk: &DAffine3) -> Self {
+        let linear = engine_from_chunk.matrix3;
+        Self {
+            linear: linear.as_mat3(),
+            translation: engine_from_chunk.translation.as_vec3(),
+            is_identity: *engine_from_chunk == DAffine3::IDENTITY,
+            handedness: handedness(linear.determinant() as f32),
+        }
+    }
+
+    fn toward(&self, next: &Self, share: f32) -> Self {
+        let linear = self.linear * (1.0 - share) + next.linear * share;
+        Self {
+            linear,
+            translation: self.translation * (1.0 - share) + next.translation * share,
+            is_identity: false,
+            handedness: handedness(linear.determinant()),
+        }
+    }
+
+    #[inline]
+    pub(super) fn point(&self, p: Vec3) -> Vec3 {
+        if self.is_identity {
+            p
+        } else {
+            self.linear * p + self.translation
+        }
+    }
+
+    #[inline]
+    pub(super) fn vector(&self, v: Vec3) -> Vec3 {
+        if self.is_identity { v } else { self.linear * v }
+    }
+
+    /// A normal in engine space, up to its length.
+    #[inline]
+    pub(super) fn normal(&self, n: Vec3) -> Vec3 {
+        if self.is_identity {
+            return n;
+        }
+        let m = &self.linear;
+        let cofactor = Mat3::from_cols(
+            m.y_axis.cross(m.z_axis),
+            m.z_axis.cross(m.x_axis),
+            m.x_axis.cross(m.y_axis),
+        );
+        (cofactor * n) * self.handedness
+    }
+
+    /// A point of engine space as the chunk's positions have it.
+    #[inline]
+    pub(super) fn point_of_chunk(&self, p: Vec3) -> Vec3 {
+        if self.is_identity {
+            p
+        } else {
+            self.linear.inverse() * (p - self.translation)
+        }
+    }
+
+    #[inline]
+    pub(super) fn handedness(&self) -> f32 {
+        self.handedness
+    }
+
+    /// The largest coordinate that placing adds; zero where it does nothing.
+    #[inline]
+    pub(super) fn reach(&self) -> f32 {
+        if self.is_identity {
+            0.0
+        } else {
+            self.translation.abs().max_element()
+        }
+    }
+}
+
+fn handedness(determinant: f32) -> f32 {
+    if determinant < 0.0 { -1.0 } else { 1.0 }
+}

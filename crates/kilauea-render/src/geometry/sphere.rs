@@ -1,0 +1,63 @@
+use kilauea_math::{Vec2, Vec3, gamma};
+use kilauea_scene::PointsChunk;
+use kilauea_shading::Element;
+
+use super::interaction::View;
+use super::keys::{between, key_before};
+use super::placed::EngineTransform;
+use super::shape_point::{ShapePoint, extent};
+
+/// The point of a sphere that is nearest to where the ray found it.
+pub(super) fn sphere_point(
+    chunk: &PointsChunk,
+    idx: u32,
+    transform: &EngineTransform,
+    view: &View,
+) -> ShapePoint {
+    let center = center(chunk, idx as usize, view.time);
+    let radius = chunk.radii[idx as usize];
+    let ball = Ball { center, radius };
+    let (p, ng, p_error) = ball.point(transform, view);
+    let (tangent, bitangent) = ng.any_orthonormal_pair();
+    ShapePoint {
+        p,
+        p_error,
+        ng,
+        ns: ng,
+        corners: [p, p + tangent, p + bitangent],
+        barycentrics: Vec2::ZERO,
+        element: Element::Point(idx),
+    }
+}
+
+fn center(chunk: &PointsChunk, idx: usize, time: f32) -> Vec3 {
+    if chunk.later_centers.is_empty() {
+        return Vec3::from_array(chunk.centers[idx]);
+    }
+    let (before, share) = key_before(chunk.later_centers.len() + 1, time);
+    let key = |k: usize| match k {
+        0 => &chunk.centers,
+        k => &chunk.later_centers[k - 1],
+    };
+    between(key(before)[idx], key(before + 1)[idx], share)
+}
+
+/// A ball in the chunk's space.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ball {
+    pub(super) center: Vec3,
+    pub(super) radius: f32,
+}
+
+impl Ball {
+    /// Point, unit normal and error bound, engine space: the ray's point, put onto the surface.
+    pub(super) fn point(&self, transform: &EngineTransform, view: &View) -> (Vec3, Vec3, f32) {
+        let toward = transform.point_of_chunk(view.p_ray) - self.center;
+        let n_chunk = toward.normalize_or(Vec3::Z);
+        let p = transform.point(self.center + self.radius * n_chunk);
+        let ng = transform.normal(n_chunk).normalize_or(view.wo);
+        let size = extent(self.center) + self.radius;
+        let size = size.max(extent(p)) + transform.reach();
+        (p, ng, gamma(16) * size)
+    }
+}

@@ -1,0 +1,184 @@
+//! The way in which SPOTs wait: questions travel, and code goes on when answers are there.
+
+use std::cell::RefCell;
+use std::pin::Pin;
+use std::rc::Rc;
+use std::task::{self, Poll};
+
+use crate::cells::{Cells, CellsOf};
+use crate::lane::Lane;
+use crate::program::{Context, Pool, Program, Runtime};
+use crate::slots::Ticket;
+
+/// Pools of one engine thread, whatever the types of their futures.
+type PoolList<'a, R> = Rc<RefCell<Vec<Rc<dyn Cells<R> + 'a>>>>;
+
+/// One engine thread's side of [`Runtime`].
+pub struct Queued<'a, P: Program> {
+    lane: Rc<RefCell<Lane<P>>>,
+    pools: PoolList<'a, P::Output>,
+}
+
+/// What code of SPOTs sees where questions travel.
+pub struct QueuedContext<P: Program> {
+    lane: Rc<RefCell<Lane<P>>>,
+}
+
+/// A pool of one engine thread.
+pub struct QueuedPool<F> {
+    cells: Rc<CellsOf<F>>,
+    pool: u32,
+}
+
+/// A SPOT's future, and how to call it in errors.
+#[derive(Clone, Copy)]
+pub struct Started<'a> {
+    pub(crate) label: &'a str,
+    pub(crate) pool: u32,
+    pub(crate) cell: u32,
+    pub(crate) cell_bytes: u32,
+}
+
+/// An answer on its way.
+pub struct Reply<P: Program> {
+    lane: Rc<RefCell<Lane<P>>>,
+    /// `None` once read.
+    ticket: Option<Ticket>,
+}
+
+/// A child on its way.
+pub struct ChildOutput<P: Program> {
+    lane: Rc<RefCell<Lane<P>>>,
+    /// `None` once read.
+    ticket: Option<Ticket>,
+}
+
+impl<P: Program> Queued<'_, P> {
+    pub(crate) fn new(lane: Rc<RefCell<Lane<P>>>) -> Self {
+        Self {
+            lane,
+            pools: Rc::default(),
+        }
+    }
+
+    /// The same lane and pools.
+    pub(crate) fn share(&self) -> Self {
+        Self {
+            lane: Rc::clone(&self.lane),
+            pools: Rc::clone(&self.pools),
+        }
+    }
+
+    pub(crate) fn context(&self) -> QueuedContext<P> {
+        QueuedContext {
+            lane: Rc::clone(&self.lane),
+        }
+    }
+
+    /// Runs a SPOT until it waits or ends.
+    pub(crate) fn poll(&self, started: &Started<'_>) -> Poll<P::Output> {
+        self.pools.borrow()[started.pool as usize].poll(started.cell)
+    }
+
+    pub(crate) fn n_cells(&self) -> usize {
+        self.pools.borrow().iter().map(|p| p.n_allocated()).sum()
+    }
+}
+
+impl<'a, P: Program + 'a> Runtime<'a, P> for Queued<'a, P> {
+    type Context = QueuedContext<P>;
+    type Started = Started<'a>;
+    type Pool<F: Future<Output = P::Output> + 'a> = QueuedPool<F>;
+
+    fn pool<F: Future<Output = P::Output> + 'a>(&self) -> QueuedPool<F> {
+        let cells = Rc::new(CellsOf::new());
+        let mut pools = self.pools.borrow_mut();
+        pools.push(Rc::clone(&cells) as Rc<dyn Cells<P::Output> + 'a>);
+        QueuedPool {
+            cells,
+            pool: (pools.len() - 1) as u32,
+        }
+    }
+}
+
+impl<'a, F> Pool<'a, F> for QueuedPool<F> {
+    type Started = Started<'a>;
+
+    fn start(&self, label: &'a str, future: F) -> Started<'a> {
+        Started {
+            label,
+            pool: self.pool,
+            cell: self.cells.insert(future),
+            cell_bytes: (CellsOf::<F>::BYTES + size_of::<Started<'_>>()) as u32,
+        }
+    }
+}
+
+impl<P: Program> Clone for QueuedContext<P> {
+    fn clone(&self) -> Self {
+        Self {
+            lane: Rc::clone(&self.lane),
+        }
+    }
+}
+
+impl<P: Program> Context<P> for QueuedContext<P> {
+    type Reply = Reply<P>;
+    type Child = ChildOutput<P>;
+
+    fn ask(&self, question: P::Question) -> Reply<P> {
+        Reply {
+            ticket: Some(self.lane.borrow_mut().ask(question)),
+            lane: Rc::clone(&self.lane),
+        }
+    }
+
+    fn spawn(&self, work: P::Work) -> ChildOutput<P> {
+        ChildOutput {
+            ticket: Some(self.lane.borrow_mut().spawn(work)),
+            lane: Rc::clone(&self.lane),
+        }
+    }
+}
+
+impl<P: Program> Future for Reply<P> {
+    type Output = P::Answer;
+
+    fn poll(mut self: Pin<&mut Self>, _: &mut task::Context<'_>) -> Poll<P::Answer> {
+        let ticket = self.ticket.expect("polled after it was ready");
+        let Some(answer) = self.lane.borrow_mut().take_answer(ticket) else {
+            return Poll::Pending;
+        };
+        self.ticket = None;
+        Poll::Ready(answer)
+    }
+}
+
+impl<P: Program> Drop for Reply<P> {
+    fn drop(&mut self) {
+        if let Some(ticket) = self.ticket {
+            self.lane.borrow_mut().discard_answer(ticket);
+        }
+    }
+}
+
+impl<P: Program> Future for ChildOutput<P> {
+    type Output = P::Output;
+
+    fn poll(mut self: Pin<&mut Self>, _: &mut task::Context<'_>) -> Poll<P::Output> {
+        let ticket = self.ticket.expect("polled after it was ready");
+        let Some(output) = self.lane.borrow_mut().take_output(ticket) else {
+            return Poll::Pending;
+        };
+        self.ticket = None;
+        Poll::Ready(output)
+    }
+}
+
+impl<P: Program> Drop for ChildOutput<P> {
+    fn drop(&mut self) {
+        if let Some(ticket) = self.ticket {
+            self.lane.borrow_mut().discard_output(ticket);
+        }
+    }
+}

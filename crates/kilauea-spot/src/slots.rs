@@ -1,0 +1,213 @@
+//! Slots: the places that answers come home to.
+
+/// Names a slot in one round of its use.
+///
+/// A slot is used again and again. The round tells a late answer that its slot was dropped, and
+/// maybe given to another question since. It wraps after 2^32 uses of the same slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ticket {
+    pub(crate) slot: u32,
+    pub(crate) round: u32,
+}
+
+/// Slots for values of one type, and which SPOT each belongs to.
+pub(crate) struct Slots<T> {
+    slots: Vec<Slot<T>>,
+    first_free: Option<u32>,
+}
+
+struct Slot<T> {
+    round: u32,
+    state: SlotState<T>,
+}
+
+enum SlotState<T> {
+    Free { next: Option<u32> },
+    Open { spot: u32 },
+    Filled(T),
+}
+
+impl<T> Slots<T> {
+    /// Memory that a slot takes.
+    pub(crate) const BYTES: usize = size_of::<Slot<T>>();
+
+    pub(crate) fn new() -> Self {
+        Self {
+            slots: Vec::new(),
+            first_free: None,
+        }
+    }
+
+    /// Opens a slot of `spot`.
+    pub(crate) fn open(&mut self, spot: u32) -> Ticket {
+        let state = SlotState::Open { spot };
+        let Some(idx) = self.first_free else {
+            self.slots.push(Slot { round: 0, state });
+            return Ticket {
+                slot: (self.slots.len() - 1) as u32,
+                round: 0,
+            };
+        };
+        let slot = &mut self.slots[idx as usize];
+        if let SlotState::Free { next } = slot.state {
+            self.first_free = next;
+        }
+        slot.state = state;
+        Ticket {
+            slot: idx,
+            round: slot.round,
+        }
+    }
+
+    /// Fills a slot and says whose it is. Nothing happens if it was dropped meanwhile, or filled
+    /// already.
+    pub(crate) fn fill(&mut self, ticket: Ticket, value: T) -> Option<u32> {
+        let slot = self.slots.get_mut(ticket.slot as usize)?;
+        match slot.state {
+            SlotState::Open { spot } if slot.round == ticket.round => {
+                slot.state = SlotState::Filled(value);
+                Some(spot)
+            }
+            _ => None,
+        }
+    }
+
+    /// Takes the value out and frees the slot, if it is filled.
+    pub(crate) fn take(&mut self, ticket: Ticket) -> Option<T> {
+        let slot = self.current(ticket)?;
+        if !matches!(slot.state, SlotState::Filled(_)) {
+            return None;
+        }
+        match self.free(ticket.slot) {
+            SlotState::Filled(value) => Some(value),
+            SlotState::Free { .. } | SlotState::Open { .. } => None,
+        }
+    }
+
+    /// Frees a slot unread. Says whose it is if it was still open.
+    pub(crate) fn discard(&mut self, ticket: Ticket) -> Option<u32> {
+        self.current(ticket)?;
+        match self.free(ticket.slot) {
+            SlotState::Open { spot } => Some(spot),
+            SlotState::Free { .. } | SlotState::Filled(_) => None,
+        }
+    }
+
+    /// The slot that a ticket names, unless it was freed since.
+    fn current(&mut self, ticket: Ticket) -> Option<&mut Slot<T>> {
+        self.slots
+            .get_mut(ticket.slot as usize)
+            .filter(|slot| slot.round == ticket.round)
+    }
+
+    fn free(&mut self, idx: u32) -> SlotState<T> {
+        let slot = &mut self.slots[idx as usize];
+        slot.round = slot.round.wrapping_add(1);
+        let next = self.first_free.replace(idx);
+        std::mem::replace(&mut slot.state, SlotState::Free { next })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What slots should do, without reuse of anything.
+    #[derive(Clone, Copy, PartialEq, Debug)]
+    enum Expected {
+        Open,
+        Filled,
+        Gone,
+    }
+
+    /// Runs through every sequence of `depth` operations on up to three questions.
+    fn check_all(ops: &mut Vec<(usize, usize)>, depth: usize, n_checked: &mut usize) {
+        replay(ops);
+        *n_checked += 1;
+        if depth == 0 {
+            return;
+        }
+        for op in 0..4 {
+            for question in 0..3 {
+                ops.push((op, question));
+                check_all(ops, depth - 1, n_checked);
+                ops.pop();
+            }
+        }
+    }
+
+    fn replay(ops: &[(usize, usize)]) {
+        let mut slots = Slots::<usize>::new();
+        let mut asked: Vec<(Ticket, Expected)> = Vec::new();
+        for &(op, which) in ops {
+            if op == 0 {
+                if asked.len() == 3 {
+                    continue;
+                }
+                let ticket = slots.open(asked.len() as u32);
+                asked.push((ticket, Expected::Open));
+                continue;
+            }
+            let Some(&(ticket, state)) = asked.get(which) else {
+                continue;
+            };
+            let spot = which as u32;
+            let after = match op {
+                1 => {
+                    let filled = slots.fill(ticket, 100 + which);
+                    assert_eq!(filled, (state == Expected::Open).then_some(spot));
+                    if state == Expected::Open {
+                        Expected::Filled
+                    } else {
+                        state
+                    }
+                }
+                2 => {
+                    let taken = slots.take(ticket);
+                    assert_eq!(taken, (state == Expected::Filled).then_some(100 + which));
+                    if state == Expected::Filled {
+                        Expected::Gone
+                    } else {
+                        state
+                    }
+                }
+                _ => {
+                    let discarded = slots.discard(ticket);
+                    assert_eq!(discarded, (state == Expected::Open).then_some(spot));
+                    Expected::Gone
+                }
+            };
+            asked[which].1 = after;
+        }
+        let n_live = asked.iter().filter(|a| a.1 != Expected::Gone).count();
+        let mut n_free = 0;
+        let mut next = slots.first_free;
+        while let Some(idx) = next {
+            n_free += 1;
+            let SlotState::Free { next: following } = slots.slots[idx as usize].state else {
+                panic!("the free list holds a slot in use");
+            };
+            next = following;
+        }
+        assert_eq!(n_live + n_free, slots.slots.len());
+    }
+
+    #[test]
+    fn every_order_of_asking_filling_taking_and_dropping() {
+        let mut n_checked = 0;
+        check_all(&mut Vec::new(), 5, &mut n_checked);
+        assert!(n_checked > 12_usize.pow(5));
+    }
+
+    #[test]
+    fn late_answers_go_nowhere() {
+        let mut slots = Slots::new();
+        let dropped = slots.open(0);
+        assert_eq!(slots.discard(dropped), Some(0));
+        let next = slots.open(1);
+        assert_eq!(next.slot, dropped.slot, "the slot is used again");
+        assert_eq!(slots.fill(dropped, "late"), None);
+        assert_eq!(slots.fill(next, "right"), Some(1));
+        assert_eq!(slots.take(next), Some("right"));
+    }
+}

@@ -1,0 +1,70 @@
+//! What a run did.
+
+use std::time::Duration;
+
+/// Counters of a run.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// By engine thread.
+    pub threads: Vec<ThreadStats>,
+    /// From the first thread's start to the last one's end.
+    pub wall: Duration,
+}
+
+/// Counters of one engine thread.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ThreadStats {
+    /// SPOTs started; 0 where questions are answered inline, as nothing is counted there.
+    pub n_spots: u64,
+    /// Roots done.
+    pub n_roots: u64,
+    /// Questions asked; 0 where they are answered inline.
+    pub n_questions: u64,
+    /// Children taken from other threads.
+    pub n_stolen: u64,
+    /// Times that a SPOT was resumed.
+    pub n_resumed: u64,
+    /// Cells allocated for futures: the most that were in use at once, however many SPOTs there
+    /// were.
+    pub n_cells: usize,
+    /// Most bytes in flight: futures, slots, questions under way and children not yet started.
+    pub peak_bytes: usize,
+    /// Most SPOTs in flight.
+    pub peak_spots: usize,
+    /// From start to end.
+    pub total: Duration,
+    /// Waited while there were roots left to admit.
+    pub starved: Duration,
+    /// Waited for the last roots to end.
+    pub waited_for_end: Duration,
+}
+
+impl Stats {
+    /// Bound on the bytes that were in flight at once: the sum of each thread's own peak.
+    pub fn peak_bytes(&self) -> usize {
+        self.threads.iter().map(|t| t.peak_bytes).sum()
+    }
+
+    /// Bound on the SPOTs that were in flight at once.
+    pub fn peak_spots(&self) -> usize {
+        self.threads.iter().map(|t| t.peak_spots).sum()
+    }
+
+    /// Sum of a counter over all threads.
+    pub fn sum(&self, counter: impl Fn(&ThreadStats) -> u64) -> u64 {
+        self.threads.iter().map(counter).sum()
+    }
+}
+
+impl ThreadStats {
+    /// Fraction of the time in which the thread had something to do, up to the admission of the
+    /// last root.
+    pub fn busy_fraction(&self) -> f64 {
+        let total = self.total.saturating_sub(self.waited_for_end).as_secs_f64();
+        if total > 0.0 {
+            1.0 - self.starved.as_secs_f64() / total
+        } else {
+            1.0
+        }
+    }
+}
