@@ -17,9 +17,15 @@ const LEAST_TO_SPLIT: f32 = 3.0;
 /// One pair (or a part of a large one, in final quality) to a leaf.
 pub(crate) fn over_pairs(pairs: &[Pair], quality: Quality) -> Bvh2 {
     match quality {
-        Quality::Preview => over_boxes(pairs, quality),
+        Quality::Preview => {
+            let boxes: Vec<Aabb> = pairs.iter().map(Pair::bounds_with_border).collect();
+            over_boxes(&boxes, quality)
+        }
         Quality::Final => {
-            let (boxes, pair_of_box) = presplit(pairs);
+            let (mut boxes, pair_of_box) = presplit(pairs);
+            for (bounds, &pair) in boxes.iter_mut().zip(&pair_of_box) {
+                *bounds = pairs[pair as usize].with_border(bounds);
+            }
             let mut bvh = over_boxes(&boxes, quality);
             for index in &mut bvh.primitive_indices {
                 *index = pair_of_box[*index as usize];

@@ -51,7 +51,7 @@ fn build_bucket(pairs: &[Pair], quality: Quality) -> Tree {
     };
     let bvh = binary::over_pairs(pairs, quality);
     let (nodes, groups) = bounded_widen(bvh, options, STACK_CAPACITY - TOP_STACK, || {
-        let boxes: Vec<Aabb> = pairs.iter().map(Pair::bounds).collect();
+        let boxes: Vec<Aabb> = pairs.iter().map(Pair::bounds_with_border).collect();
         balanced::over_boxes(&boxes)
     });
     let leaves = groups.iter().map(|group| pack_leaf(group, pairs));

@@ -72,7 +72,9 @@ impl TreeRay {
         t_start: f32,
         rounded_size: f32,
     ) -> Self {
-        const ULP: f32 = f32::EPSILON;
+        /// Three for the box test itself (Ize 2013), and three for what the shear of the triangle
+        /// test may move a corner, so that no box is passed by a line that meets its triangle.
+        const SLACK: f32 = 6.0 * f32::EPSILON;
         let size = d.abs();
         // Without branches: no processor guesses the largest component of scattered directions.
         let is_x = usize::from(size.x > size.y) & usize::from(size.x > size.z);
@@ -84,8 +86,8 @@ impl TreeRay {
         let rcp = size.max(Vec3::splat(1e-18)).copysign(d).recip();
         Self {
             origin: moved.to_array(),
-            near_rcp: (rcp * (1.0 - 3.0 * ULP)).to_array(),
-            far_rcp: (rcp * (1.0 + 3.0 * ULP)).to_array(),
+            near_rcp: (rcp * (1.0 - SLACK)).to_array(),
+            far_rcp: (rcp * (1.0 + SLACK)).to_array(),
             near_plane: [
                 usize::from(d.x.is_sign_negative()),
                 2 + usize::from(d.y.is_sign_negative()),
