@@ -1,15 +1,15 @@
 //! Orders of visit through one tree.
 
 use super::kernel::{Kernel, Lanes};
-use super::stack::{Entry, Stack, Storage, distance, entry, link};
+use super::stack::{Entry, Stack, Storage, entry, link};
 use crate::node::{LEAF, Node8, WalkNode};
 
 /// What a walk does at the leaves.
 pub(crate) trait Visitor {
     /// The walk ignores boxes entered beyond this.
     fn limit(&self) -> f32;
-    /// Called with a leaf and where the ray enters it; true ends the walk.
-    fn visit(&mut self, leaf: u32, t_entry: f32) -> bool;
+    /// Called with a leaf; true ends the walk.
+    fn visit(&mut self, leaf: u32) -> bool;
     /// Where the leaf is stored.
     fn address(&self, leaf: u32) -> *const u8;
 }
@@ -26,7 +26,6 @@ pub(crate) fn near_first<K: Kernel, N: WalkNode>(
     let mut storage = K::Storage::new();
     let mut stack = Stack::new(&mut storage);
     let mut current = 0;
-    let mut t_entry = 0.0;
     loop {
         while current & LEAF == 0 {
             let node = kernel.item(nodes, current).at(fraction);
@@ -43,18 +42,18 @@ pub(crate) fn near_first<K: Kernel, N: WalkNode>(
                 let Some(next) = stack.pop_within(visitor.limit()) else {
                     return;
                 };
-                (current, t_entry) = (link(next), distance(next));
+                current = link(next);
                 continue;
             };
-            (current, t_entry) = (link(nearest), distance(nearest));
+            current = link(nearest);
         }
-        if visitor.visit(current & !LEAF, t_entry) {
+        if visitor.visit(current & !LEAF) {
             return;
         }
         let Some(next) = stack.pop_within(visitor.limit()) else {
             return;
         };
-        (current, t_entry) = (link(next), distance(next));
+        current = link(next);
     }
 }
 
@@ -185,7 +184,7 @@ pub(crate) fn any_order<K: Kernel, N: WalkNode>(
                 current = children.fetch();
             }
         }
-        if visitor.visit(link(current) & !LEAF, distance(current)) {
+        if visitor.visit(link(current) & !LEAF) {
             return true;
         }
         let Some(next) = stack.pop() else {
