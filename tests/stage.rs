@@ -177,6 +177,7 @@ impl Picture {
     pub fn finish(job: RenderJob, prepared: &PreparedScene) -> Self {
         let result = job.finish().expect("nothing fails");
         assert_eq!(result.stats.invalid_samples, 0);
+        assert_eq!(result.stats.invalid_rays, 0);
         Self {
             image: result.film.to_image(prepared.scene.origin_world),
             stats: result.stats,

@@ -196,9 +196,8 @@ fn check_transform(world_from_base: DAffine3, scale: f64, what: &str) {
     let picture = render(&transformed(world_from_base, scale));
     let reference = render(&transformed(DAffine3::IDENTITY, 1.0));
     let error = rel_mse(&picture, &reference);
-    eprintln!("{what}: relMSE {error:.2e}");
-    // Rounding sends a few paths elsewhere: up to 1.1e-5 at other seeds.
-    assert!(error < 3e-5, "{what}: relMSE {error}");
+    // Rounding sends a few paths elsewhere.
+    assert!(error < 1e-5, "{what}: relMSE {error}");
 }
 
 #[test]

@@ -3,7 +3,7 @@ use crate::forest::{Forest, Kind, PartTrees};
 use crate::geometry::{BuildOptions, Geometry, Placement, Quality};
 use crate::node::{Node8, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
-use crate::traverse::{Instance, Isa, Keep, KeepAll, Part, Scene};
+use crate::traverse::{Ball, Instance, Isa, Keep, KeepAll, Part, Scene};
 use crate::visibility::Visibility;
 use kilauea_math::{Bounds3, DAffine3};
 
@@ -38,7 +38,8 @@ impl Accel {
     /// Never fails: what no ray can hit, or not reliably, is left out and counted. These are
     /// primitives with a bad index, a coordinate that is not finite or beyond 1e13, a radius that
     /// is negative, not finite or zero (of a whole segment), triangles without area, and placements
-    /// of no geometry or with a matrix that has no inverse. What no ray sees is left out too.
+    /// of no geometry or with a matrix that has no inverse, or stretches one direction more than
+    /// 1e12 times as much as another. What no ray sees is left out too.
     pub fn build(
         geometries: &[Geometry<'_>],
         placements: &[Placement],
@@ -212,11 +213,14 @@ impl Top {
                 continue;
             };
             boxes.push(bounds);
+            let around_all = |all: Bounds3, bounds: &Bounds3| all.union(bounds);
+            let ball = Ball::around(&part_boxes.iter().fold(Bounds3::EMPTY, around_all));
             let is_in_world = placement_keys == [DAffine3::IDENTITY];
             top.instances.push(Instance {
                 tree: part.first,
                 id_base: placement.unwrap_or(0),
                 geometry_from_world: (!is_in_world).then(|| placement_keys[0].inverse()),
+                ball,
             });
             parts.push(Part {
                 kind: part.kind,

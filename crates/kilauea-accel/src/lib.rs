@@ -3,8 +3,9 @@
 //!
 //! `obvhs` builds binary trees; this crate turns them into nodes of eight boxes and leaves of four
 //! triangles and traces them with its own kernels, AVX2 where the processor has it. Both kernels
-//! give the same hits, bit for bit, and so do any two trees over the same primitives: which hit
-//! wins depends on distance, instance and primitive alone.
+//! give the same hits, bit for bit: which hit wins depends on distance, instance and primitive
+//! alone. So do any two trees over the same primitives, but for lines that pass a silhouette so
+//! close that rounding decides.
 //!
 //! ```
 //! use kilauea_accel::{Accel, BuildOptions, Geometry, Mesh, Placement, Ray};
@@ -29,6 +30,7 @@ mod motion;
 mod node;
 mod primitive;
 mod ray;
+mod spawn;
 mod traverse;
 mod validate;
 mod visibility;
@@ -38,4 +40,5 @@ pub use geometry::{
     BuildOptions, CurveBasis, CurveProfile, Curves, Geometry, Mesh, Placement, Quality, Spheres,
 };
 pub use ray::{Hit, Ray};
+pub use spawn::{PlacementError, SurfacePoint, offset_origin};
 pub use visibility::Visibility;

@@ -40,7 +40,7 @@ impl Ray {
 
     /// Whether the ray can hit anything: no NaN, finite ends of the line, a direction, a range.
     #[inline]
-    pub(crate) fn is_valid(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.origin.is_finite()
             && self.dir.is_finite()
             && self.dir != Vec3::ZERO
@@ -56,9 +56,9 @@ impl Ray {
     }
 
     /// The same ray with a direction whose largest component is about one, and the factor that
-    /// takes its distances to those of `self`.
+    /// takes its distances to those of `self`: a power of two, so that the line stays the same.
     pub(crate) fn with_moderate_dir(&self) -> (Self, f64) {
-        let factor = 1.0 / f64::from(self.dir.abs().max_element());
+        let factor = power_of_two_below_reciprocal(self.dir.abs().max_element().into());
         let scaled = Self {
             origin: self.origin,
             dir: (self.dir.as_dvec3() * factor).as_vec3(),
@@ -95,4 +95,12 @@ impl Hit {
             || (self.t == other.t
                 && (self.instance, self.primitive) < (other.instance, other.primitive))
     }
+}
+
+/// The power of two that takes a positive number to between one and two; of no number, anything.
+#[inline(always)]
+pub(crate) fn power_of_two_below_reciprocal(x: f64) -> f64 {
+    const BIAS: u64 = 1023;
+    let biased_exponent = (x.to_bits() >> 52).clamp(1, 2 * BIAS - 1);
+    f64::from_bits((2 * BIAS - biased_exponent) << 52)
 }

@@ -245,3 +245,55 @@ fn wild_numbers_do_not_panic() {
         }
     }
 }
+
+#[test]
+fn wild_indices_and_matrices_do_not_panic() {
+    const WILD: [f64; 12] = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.0,
+        1e-320,
+        1e-150,
+        1e-30,
+        1e30,
+        -1e150,
+        1e308,
+        f64::INFINITY,
+        f64::NAN,
+    ];
+    let mut random = Random(12);
+    for n in 0..60 {
+        let mut mesh = soup(20, 1.0, n);
+        for i in mesh.indices.iter_mut().flatten() {
+            *i = [u32::MAX, 1 << 31, 60, 59]
+                .get(random.index(40))
+                .copied()
+                .unwrap_or(*i);
+        }
+        let mut wild = |tame: f64| {
+            let i = random.index(4 * WILD.len());
+            WILD.get(i).copied().unwrap_or(tame)
+        };
+        let mut wild3 = |p: DVec3| DVec3::new(wild(p.x), wild(p.y), wild(p.z));
+        let placements = [0, 0, 7, 0].map(|geometry| {
+            let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(&mut wild3);
+            let matrix = DMat3::from_cols(axes[0], axes[1], axes[2]);
+            placed(
+                geometry,
+                DAffine3::from_mat3_translation(matrix, wild3(DVec3::ONE)),
+            )
+        });
+        let builds = Builds::new(&[mesh.geometry()], &placements);
+        assert!(builds.0[0].n_rejected() >= 1);
+        for seed in 0..50 {
+            let mut random = Random(seed << 8);
+            let ray = Ray::new(3.0 * random.point(), random.point());
+            for builds in builds.0.chunks(3) {
+                let hit = builds[0].intersect(&ray);
+                let agree = builds.iter().all(|accel| accel.intersect(&ray) == hit);
+                assert!(agree, "{ray:?} {placements:?}");
+            }
+        }
+    }
+}

@@ -213,6 +213,7 @@ impl Frame {
                 progress.counts.camera += counts.camera;
                 progress.counts.shadow += counts.shadow;
                 progress.counts.indirect += counts.indirect;
+                progress.counts.invalid += counts.invalid;
             }
             Err(panic) => {
                 self.is_cancelled.store(true, Ordering::Relaxed);
@@ -338,10 +339,15 @@ impl Frame {
                 .iter()
                 .map(ToString::to_string),
         );
+        if progress.counts.invalid > 0 {
+            let n = progress.counts.invalid;
+            warnings.push(format!("{n} rays could not be traced and hit nothing"));
+        }
         let stats = RenderStats {
             samples_per_pixel: samples as f64 / self.n_pixels.max(1) as f64,
             samples,
             invalid_samples: self.film.n_invalid(),
+            invalid_rays: progress.counts.invalid,
             times: Times {
                 build: prepared.build_secs,
                 render: progress.render_secs,

@@ -16,6 +16,7 @@ mod sampler;
 mod stats;
 
 pub use error::RenderError;
+pub use geometry::View;
 pub use job::{RenderJob, RenderResult};
 pub use needs::SceneNeeds;
 pub use prepared::{PrepareOptions, PreparedScene};

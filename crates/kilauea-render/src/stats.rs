@@ -14,6 +14,8 @@ pub struct RenderStats {
     pub samples: u64,
     /// Samples that were NaN or infinite and taken as black.
     pub invalid_samples: u64,
+    /// Rays that could not be traced: with a NaN, without a direction, or of an empty range.
+    pub invalid_rays: u64,
     /// Seconds.
     pub times: Times,
     /// Rays traced.

@@ -117,7 +117,7 @@ pub(crate) fn over_moving_triangles(
         .iter()
         .map(|ends| {
             ends.map(|pair| {
-                let bounds = pair.bounds();
+                let bounds = pair.bounds_with_border();
                 Bounds3 {
                     min: bounds.min.into(),
                     max: bounds.max.into(),

@@ -50,9 +50,9 @@ fn build_bucket(pairs: &[Pair], quality: Quality) -> Tree {
         leaf_cost: 1.0,
         primitive_cost: 0.0,
     };
-    let bvh = binary::over_boxes(pairs, quality);
+    let boxes: Vec<Aabb> = pairs.iter().map(Pair::bounds_with_border).collect();
+    let bvh = binary::over_boxes(&boxes, quality);
     let (nodes, groups) = bounded_widen(bvh, options, STACK_CAPACITY - TOP_STACK, || {
-        let boxes: Vec<Aabb> = pairs.iter().map(Pair::bounds).collect();
         balanced::over_boxes(&boxes)
     });
     let leaves = groups.iter().map(|group| pack_leaf(group, pairs));

@@ -3,7 +3,6 @@
 use super::soup::SoupTriangle;
 use crate::node::PairLeaf;
 use kilauea_math::Vec3A;
-use obvhs::Boundable;
 use obvhs::aabb::Aabb;
 
 /// Triangles (a, b, c) and (a, c, d) with the ids that hits on them report, or the first alone.
@@ -63,6 +62,18 @@ impl Pair {
         bounds_of(&self.corners)
     }
 
+    /// A box around all that the triangle test may take for the pair.
+    ///
+    /// Lines that pass between two triangles are given to one of them by edge functions whose
+    /// corners are rounded. Errors in proportion to the distance from the ray's origin are covered
+    /// by the slack of the reciprocal direction in the box test, those in proportion to the edges
+    /// by this.
+    pub(crate) fn bounds_with_border(&self) -> Aabb {
+        let border = Vec3A::splat(4.0 * f32::EPSILON * self.longest_edge());
+        let bounds = self.bounds();
+        Aabb::new(bounds.min - border, bounds.max + border)
+    }
+
     pub(crate) fn is_single(&self) -> bool {
         self.triangle[1] == u32::MAX
     }
@@ -99,12 +110,6 @@ impl Pair {
             leaf.order[lane + 4 * half] = self.order[half];
         }
         leaf.instance[lane] = self.instance;
-    }
-}
-
-impl Boundable for Pair {
-    fn aabb(&self) -> Aabb {
-        self.bounds()
     }
 }
 

@@ -7,7 +7,7 @@ use crate::block::{Block, BlockTree};
 use crate::forest::{Forest, Kind, PartTrees};
 use crate::geometry::{Geometry, Placement, Quality};
 use crate::visibility::Visibility;
-use kilauea_math::{Bounds3, DAffine3, DVec3, Vec3};
+use kilauea_math::{Bounds3, DAffine3, DMat3, DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -227,11 +227,21 @@ fn still_visibilities(geometry: &Geometry<'_>) -> BTreeSet<Visibility> {
         .collect()
 }
 
-/// Whether a ray can be taken into the geometry's space.
+/// Whether a ray can be taken into the geometry's space and keeps some digits there.
 fn has_inverse(world_from_geometry: &DAffine3) -> bool {
+    const MAX_STRETCH: f64 = 1e12;
+    let matrix = world_from_geometry.matrix3;
+    let inverse = matrix.inverse();
+    let largest = |m: DMat3| {
+        m.to_cols_array()
+            .into_iter()
+            .map(f64::abs)
+            .fold(0.0, f64::max)
+    };
     world_from_geometry.is_finite()
-        && world_from_geometry.matrix3.determinant() != 0.0
+        && inverse.is_finite()
         && world_from_geometry.inverse().is_finite()
+        && largest(matrix) * largest(inverse) <= MAX_STRETCH
 }
 
 /// Whether the meshes keep 14 bits across their width when their positions are rounded in engine

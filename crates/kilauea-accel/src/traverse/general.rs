@@ -43,21 +43,21 @@ impl<K: Kernel, F: Keep, const ANY: bool> Visitor for PartLeaves<'_, K, F, ANY> 
     }
 
     #[inline(always)]
-    fn visit(&mut self, leaf: u32, t_entry: f32) -> bool {
+    fn visit(&mut self, leaf: u32) -> bool {
         let part = self.kernel.item(self.parts, leaf);
         if !part.visibility.meets(self.ray.visibility) {
             return false;
         }
         let instance = self.kernel.item(self.instances, leaf);
         let ray = match &part.world_from_geometry {
-            None => instance.tree_ray(self.ray, self.world_ray, t_entry),
+            None => instance.tree_ray(self.ray, self.world_ray),
             Some(keys) => {
                 let geometry_from_world = matrix_at(keys, self.ray.time).inverse();
                 if !geometry_from_world.is_finite() {
                     // Flat for a moment.
                     return false;
                 }
-                TreeRay::transformed(&geometry_from_world, self.ray, t_entry)
+                TreeRay::transformed(&geometry_from_world, self.ray, &instance.ball)
             }
         };
         let forest = self.forest;
@@ -140,7 +140,7 @@ impl<K: Kernel, B: Block, F: Keep, const ANY: bool> Visitor for BlockLeaves<'_, 
     }
 
     #[inline(always)]
-    fn visit(&mut self, leaf: u32, _t_entry: f32) -> bool {
+    fn visit(&mut self, leaf: u32) -> bool {
         let block = self.kernel.item(&self.tree.leaves, leaf);
         let limit = Limit {
             t: self.search.best.t,

@@ -6,6 +6,8 @@ mod keep;
 mod kernel;
 mod portable;
 mod search;
+#[cfg(test)]
+mod slab_tests;
 mod stack;
 mod tree_leaves;
 mod tree_ray;
@@ -18,7 +20,7 @@ pub(crate) use general::Part;
 pub(crate) use keep::{Keep, KeepAll};
 pub(crate) use kernel::{Distances, Kernel};
 pub(crate) use portable::Portable;
-pub(crate) use tree_ray::TreeRay;
+pub(crate) use tree_ray::{Ball, TreeRay};
 pub(crate) use two_level::{Instance, Scene};
 
 use crate::ray::{Hit, Ray};

@@ -83,7 +83,7 @@ impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K, F, ANY> 
     }
 
     #[inline(always)]
-    fn visit(&mut self, leaf: u32, _t_entry: f32) -> bool {
+    fn visit(&mut self, leaf: u32) -> bool {
         let block = self.kernel.item(&self.tree.leaves, leaf);
         let candidates =
             self.kernel

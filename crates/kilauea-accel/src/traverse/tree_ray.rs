@@ -1,5 +1,36 @@
-use crate::ray::Ray;
-use kilauea_math::{DAffine3, DVec3, Vec3};
+use crate::ray::{Ray, power_of_two_below_reciprocal};
+use kilauea_math::{Bounds3, DAffine3, DVec3, Vec3};
+
+/// More than the rounding of a distance to `f32`, relative to it.
+const ULP: f64 = f32::EPSILON as f64;
+
+/// A ball around a tree, in the tree's space.
+///
+/// Rays into placed trees start where they enter it. A box in engine space would not do: it can be
+/// larger than the tree by the ratio of the placement's scales, and it is rounded at the distance
+/// of the ray's origin.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ball {
+    center: DVec3,
+    radius: f64,
+}
+
+impl Ball {
+    /// Around a box.
+    pub(crate) fn around(bounds: &Bounds3) -> Self {
+        Self {
+            center: bounds.center().as_dvec3(),
+            radius: 0.5 * bounds.diagonal().as_dvec3().length(),
+        }
+    }
+
+    /// Where a ray enters, or a little before.
+    #[inline(always)]
+    fn entry(&self, origin: DVec3, dir: DVec3) -> f64 {
+        let t_middle = (self.center - origin).dot(dir) / dir.length_squared();
+        (t_middle - self.radius / dir.abs().max_element()).max(0.0)
+    }
+}
 
 /// A ray in the space of one tree, with all that the tests derive from it.
 ///
@@ -24,9 +55,12 @@ pub(crate) struct TreeRay {
     /// Least distance in the tree.
     pub(crate) t_min: f32,
     /// How far the origin was moved.
-    pub(crate) t_start: f32,
-    /// Bound on the coordinates by which the rounding of the moved origin is judged; zero where
-    /// the origin was not rounded.
+    t_start: f64,
+    /// Distances in the tree by those of the ray, a power of two: a placement that shrinks its
+    /// geometry lengthens the ray's direction, which must fit into `f32`.
+    t_scale: f64,
+    /// Bound on the coordinates by which the rounding of the moved origin, and of distances from
+    /// the true one, is judged; zero where the origin was not moved.
     pub(crate) rounded_size: f32,
     /// Origin, not moved.
     pub(crate) origin_f64: [f64; 3],
@@ -39,28 +73,37 @@ impl TreeRay {
     #[inline(always)]
     pub(crate) fn world(ray: &Ray) -> Self {
         let ends = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
-        Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0, 0.0)
+        Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0)
     }
 
-    /// A ray from `origin` along `dir` from `t_min` on, moved by `t_start <= t_min`.
+    /// The ray in the space of a placed tree within `ball`, moved to where it enters that.
     #[inline(always)]
-    fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f32) -> Self {
-        let moved = (origin + dir * f64::from(t_start)).as_vec3();
-        let t_min = (t_min - t_start) * (1.0 - f32::EPSILON);
-        let size = moved.abs().max_element();
-        Self::with_rounded(moved, dir.as_vec3(), (origin, dir), t_min, t_start, size)
+    pub(crate) fn transformed(geometry_from_world: &DAffine3, ray: &Ray, ball: &Ball) -> Self {
+        let origin = geometry_from_world.transform_point3(ray.origin.as_dvec3());
+        let dir = geometry_from_world.transform_vector3(ray.dir.as_dvec3());
+        Self::moved(origin, dir, ray.t_min, ball.entry(origin, dir))
     }
 
-    /// The ray in the space of an instance whose box it enters at `t_entry`, moved to there.
+    /// A ray from `origin` along `dir`, moved by `t_start`. Distances along the whole ray are those
+    /// of `f32`, so `t_min` may be a rounding below where it says.
     #[inline(always)]
-    pub(crate) fn transformed(geometry_from_world: &DAffine3, ray: &Ray, t_entry: f32) -> Self {
-        let t_start = t_entry * (1.0 - 1.0 / (1 << 20) as f32);
-        Self::moved(
-            geometry_from_world.transform_point3(ray.origin.as_dvec3()),
-            geometry_from_world.transform_vector3(ray.dir.as_dvec3()),
-            t_start.max(ray.t_min),
+    fn moved(origin: DVec3, dir: DVec3, t_min: f32, t_start: f64) -> Self {
+        /// Certain hits are told apart, and from `t_min`, by 400 times the rounding of
+        /// `rounded_size`: with this part of the way to the tree, by several times that of
+        /// distances along the whole ray.
+        const OF_THE_WAY: f64 = 1.0 / 64.0;
+        let dir_largest = dir.abs().max_element();
+        let dir_scale = power_of_two_below_reciprocal(dir_largest);
+        let moved = (origin + dir * t_start).as_vec3();
+        let rounded_size = moved.abs().max_element() + (OF_THE_WAY * t_start * dir_largest) as f32;
+        let t_min = (f64::from(t_min) * (1.0 - ULP) - t_start) * ((1.0 - ULP) / dir_scale);
+        let scaled_dir = (dir * dir_scale).as_vec3();
+        let ends = (origin, dir);
+        Self {
             t_start,
-        )
+            t_scale: 1.0 / dir_scale,
+            ..Self::with_rounded(moved, scaled_dir, ends, t_min as f32, rounded_size)
+        }
     }
 
     #[inline(always)]
@@ -69,10 +112,11 @@ impl TreeRay {
         d: Vec3,
         (origin, dir): (DVec3, DVec3),
         t_min: f32,
-        t_start: f32,
         rounded_size: f32,
     ) -> Self {
-        const ULP: f32 = f32::EPSILON;
+        /// Three for the box test itself (Ize 2013), and three for what the shear of the triangle
+        /// test may move a corner, so that no box is passed by a line that meets its triangle.
+        const SLACK: f32 = 6.0 * f32::EPSILON;
         let size = d.abs();
         // Without branches: no processor guesses the largest component of scattered directions.
         let is_x = usize::from(size.x > size.y) & usize::from(size.x > size.z);
@@ -84,8 +128,8 @@ impl TreeRay {
         let rcp = size.max(Vec3::splat(1e-18)).copysign(d).recip();
         Self {
             origin: moved.to_array(),
-            near_rcp: (rcp * (1.0 - 3.0 * ULP)).to_array(),
-            far_rcp: (rcp * (1.0 + 3.0 * ULP)).to_array(),
+            near_rcp: (rcp * (1.0 - SLACK)).to_array(),
+            far_rcp: (rcp * (1.0 + SLACK)).to_array(),
             near_plane: [
                 usize::from(d.x.is_sign_negative()),
                 2 + usize::from(d.y.is_sign_negative()),
@@ -97,7 +141,8 @@ impl TreeRay {
                 d_array[axes[1]] * rcp_largest,
             ],
             t_min: t_min.max(0.0),
-            t_start,
+            t_start: 0.0,
+            t_scale: 1.0,
             rounded_size,
             origin_f64: origin.to_array(),
             dir_f64: dir.to_array(),
@@ -107,11 +152,18 @@ impl TreeRay {
     /// A distance of the whole ray in the tree: bounds from below and above.
     #[inline(always)]
     pub(crate) fn distance_bounds(&self, t: f32) -> (f32, f32) {
-        const SLACK: f32 = 2.0 * f32::EPSILON;
+        let t = f64::from(t);
+        let (below, above) = (1.0 - ULP, 1.0 + ULP);
         (
-            t * (1.0 - SLACK) - self.t_start,
-            t * (1.0 + SLACK) - self.t_start,
+            ((t * below - self.t_start) * (below * self.t_scale)) as f32,
+            ((t * above - self.t_start) * (above * self.t_scale)) as f32,
         )
+    }
+
+    /// The largest component of the direction, with its sign, by which distances in the tree count.
+    #[inline(always)]
+    pub(crate) fn dir_largest(&self) -> f32 {
+        (self.dir_f64[self.axes[2]] / self.t_scale) as f32
     }
 
     /// A point in the plane across the ray, in the arithmetic that all kernels share.

@@ -7,8 +7,8 @@ use crate::node::LeafTriangle;
 ///
 /// Woop et al. 2013: the vertices are sheared into the plane across the ray in `f32`, alike for
 /// all triangles that share one. The signs of the edge functions of those points decide, so a line
-/// through an edge or a vertex of a closed mesh cannot pass. The position is found afresh in `f64`
-/// and kept within the triangle.
+/// through an edge or a vertex of a closed mesh cannot pass. The position is found afresh in `f64`;
+/// where it is outside, it is that of the nearest point of the edges.
 #[inline(always)]
 pub(crate) fn intersect(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> Option<[f32; 3]> {
     let [kx, ky, kz] = ray.axes;
@@ -21,7 +21,11 @@ pub(crate) fn intersect(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> Option<[f
     let least = weights[0].min(weights[1]).min(weights[2]);
     let most = weights[0].max(weights[1]).max(weights[2]);
     if least <= 0.0 && most >= 0.0 {
-        weights = weights_at_border(triangle, ray, weights)?;
+        let along = [a_along, b_along, c_along];
+        if is_left_behind(weights, along, rcp_largest) || !is_decided_inside(triangle, ray) {
+            return None;
+        }
+        weights = nearest_on_edges([a, b, c]);
     }
     let [wa, wb, wc] = weights;
     let scale = 1.0 / (wa + wb + wc);
@@ -33,30 +37,51 @@ pub(crate) fn intersect(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> Option<[f
     ])
 }
 
-/// Weights, none of them negative, of a triangle that the line does not clearly pass through;
-/// `exact` says where it would be outside.
+/// Whether the line meets the triangle's plane near the triangle but before its origin: a ray that
+/// left the triangle just beside an edge. The point of the triangle nearest to the line, which is
+/// what a hit at the border gets, may lie ahead all the same.
 #[cold]
-fn weights_at_border(
-    triangle: &LeafTriangle<'_>,
-    ray: &TreeRay,
-    exact: [f64; 3],
-) -> Option<[f64; 3]> {
+fn is_left_behind(weights: [f64; 3], along: [f64; 3], rcp_largest: f64) -> bool {
+    let t_corners = along.map(|along| along * rcp_largest);
+    let t_least = t_corners[0].min(t_corners[1]).min(t_corners[2]);
+    let weighted = |i: usize| weights[i] * t_corners[i];
+    let t = (weighted(0) + weighted(1) + weighted(2)) / (weights[0] + weights[1] + weights[2]);
+    t_least <= t && t <= 0.0
+}
+
+/// Whether the line that [`super::kernel::Kernel::candidates`] named passes inside by the signs on
+/// which all triangles with a common corner agree.
+#[cold]
+fn is_decided_inside(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> bool {
     // Products of `f32` are exact in `f64`: where the kernel found zero, this finds the sign.
     let [a, b, c] = triangle
         .corners()
         .map(|corner| ray.sheared(corner).map(f64::from));
     let decisive = edge_functions(a, b, c);
     let inside = decisive.iter().all(|&w| w >= 0.0) || decisive.iter().all(|&w| w <= 0.0);
-    if !inside || decisive == [0.0; 3] {
-        return None;
+    inside && decisive != [0.0; 3]
+}
+
+/// Weights of the point on the edges that is nearest to the line, in the plane across it. (To drop
+/// negative weights instead would move along a thin triangle by many times its width.)
+#[cold]
+fn nearest_on_edges(corners: [[f64; 2]; 3]) -> [f64; 3] {
+    let mut nearest = (f64::INFINITY, [1.0, 0.0, 0.0]);
+    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+        let (p, q) = (corners[i], corners[j]);
+        let edge = [q[0] - p[0], q[1] - p[1]];
+        let length2 = edge[0] * edge[0] + edge[1] * edge[1];
+        let s = -(p[0] * edge[0] + p[1] * edge[1]) / length2.max(f64::MIN_POSITIVE);
+        let s = s.clamp(0.0, 1.0);
+        let (x, y) = (p[0] + s * edge[0], p[1] + s * edge[1]);
+        let distance2 = x * x + y * y;
+        if distance2 < nearest.0 {
+            let mut weights = [0.0; 3];
+            (weights[i], weights[j]) = (1.0 - s, s);
+            nearest = (distance2, weights);
+        }
     }
-    let sign = 1.0_f64.copysign(exact[0] + exact[1] + exact[2]);
-    let kept = exact.map(|w| (w * sign).max(0.0));
-    if kept == [0.0; 3] {
-        // Seen edge-on but for the rounding that decided: stay with that rounding.
-        return Some(decisive.map(f64::abs));
-    }
-    Some(kept)
+    nearest.1
 }
 
 /// A corner in the plane across the ray from its true origin, and how far along the last axis.

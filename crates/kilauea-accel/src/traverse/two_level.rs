@@ -5,7 +5,7 @@ use super::keep::Keep;
 use super::kernel::Kernel;
 use super::search::Search;
 use super::tree_leaves::{any_in_tree, closest_in_tree};
-use super::tree_ray::TreeRay;
+use super::tree_ray::{Ball, TreeRay};
 use super::walk::{Visitor, any_order, near_first};
 use crate::forest::Forest;
 use crate::node::{Node8, Tree};
@@ -40,15 +40,17 @@ pub(crate) struct Instance {
     pub(crate) id_base: u32,
     /// `None` where the tree is in engine space.
     pub(crate) geometry_from_world: Option<DAffine3>,
+    /// Around the tree at all times.
+    pub(crate) ball: Ball,
 }
 
 impl Instance {
-    /// The ray in the tree's space, moved to where it enters the instance's box.
+    /// The ray in the tree's space.
     #[inline(always)]
-    pub(super) fn tree_ray(&self, ray: &Ray, world_ray: &TreeRay, t_entry: f32) -> TreeRay {
+    pub(super) fn tree_ray(&self, ray: &Ray, world_ray: &TreeRay) -> TreeRay {
         match &self.geometry_from_world {
             None => *world_ray,
-            Some(geometry_from_world) => TreeRay::transformed(geometry_from_world, ray, t_entry),
+            Some(geometry_from_world) => TreeRay::transformed(geometry_from_world, ray, &self.ball),
         }
     }
 }
@@ -131,7 +133,7 @@ pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: 
                 world_ray: &world_ray,
                 search: &mut search,
             };
-            near_first(
+            any_order(
                 kernel,
                 (top, 0.0),
                 &kernel.node_ray(&world_ray),
@@ -153,7 +155,7 @@ pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: 
                 world_ray: &world_ray,
                 search: &mut search,
             };
-            near_first(
+            any_order(
                 kernel,
                 (top, 0.0),
                 &kernel.node_ray(&world_ray),
@@ -180,10 +182,10 @@ impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TopLeaves<'_, K, F, ANY> {
     }
 
     #[inline(always)]
-    fn visit(&mut self, leaf: u32, t_entry: f32) -> bool {
+    fn visit(&mut self, leaf: u32) -> bool {
         let instance = self.kernel.item(self.instances, leaf);
         let tree = self.kernel.item(self.trees, instance.tree);
-        let ray = instance.tree_ray(self.ray, self.world_ray, t_entry);
+        let ray = instance.tree_ray(self.ray, self.world_ray);
         if ANY {
             any_in_tree(self.kernel, tree, &ray, instance.id_base, self.search)
         } else {

@@ -1,32 +1,31 @@
 //! Orders of visit through one tree.
 
 use super::kernel::{Kernel, Lanes};
-use super::stack::{Entry, Links, Stack, Storage, distance, entry, link};
+use super::stack::{Entry, Links, Stack, Storage, entry, link};
 use crate::node::{LEAF, Node8, WalkNode};
 
 /// What a walk does at the leaves.
 pub(crate) trait Visitor {
     /// The walk ignores boxes entered beyond this.
     fn limit(&self) -> f32;
-    /// Called with a leaf and where the ray enters it; true ends the walk.
-    fn visit(&mut self, leaf: u32, t_entry: f32) -> bool;
+    /// Called with a leaf; true ends the walk.
+    fn visit(&mut self, leaf: u32) -> bool;
     /// Where the leaf is stored.
     fn address(&self, leaf: u32) -> *const u8;
 }
 
-/// Visits the leaves that the ray passes, near ones first, until one ends the walk. The nodes are read at `fraction` of the
-/// interval between two motion keys, if they move.
+/// Visits the leaves that the ray passes, near ones first, until one ends the walk. The nodes are
+/// read at `fraction` of the interval between two motion keys, if they move.
 #[inline(always)]
 pub(crate) fn near_first<K: Kernel, N: WalkNode>(
     kernel: K,
     (nodes, fraction): (&[N], f32),
     ray: &K::NodeRay,
     visitor: &mut impl Visitor,
-) -> bool {
+) {
     let mut storage = K::Storage::new();
     let mut stack = Stack::new(&mut storage);
     let mut current = 0;
-    let mut t_entry = 0.0;
     loop {
         while current & LEAF == 0 {
             let node = kernel.item(nodes, current).at(fraction);
@@ -41,20 +40,20 @@ pub(crate) fn near_first<K: Kernel, N: WalkNode>(
             };
             let Some(nearest) = descend(children, &mut stack) else {
                 let Some(next) = stack.pop_within(visitor.limit()) else {
-                    return false;
+                    return;
                 };
-                (current, t_entry) = (link(next), distance(next));
+                current = link(next);
                 continue;
             };
-            (current, t_entry) = (link(nearest), distance(nearest));
+            current = link(nearest);
         }
-        if visitor.visit(current & !LEAF, t_entry) {
-            return true;
+        if visitor.visit(current & !LEAF) {
+            return;
         }
         let Some(next) = stack.pop_within(visitor.limit()) else {
-            return false;
+            return;
         };
-        (current, t_entry) = (link(next), distance(next));
+        current = link(next);
     }
 }
 
@@ -170,7 +169,7 @@ pub(crate) fn any_order<K: Kernel, N: WalkNode>(
                 n_open = open.push_lanes(n_open, &node.child, mask & (mask - 1));
                 continue;
             }
-        } else if visitor.visit(current & !LEAF, 0.0) {
+        } else if visitor.visit(current & !LEAF) {
             return true;
         }
         if n_open == 0 {

@@ -83,7 +83,7 @@ pub(super) fn curve_point(
     let dp_du = transform.vector(along);
     ShapePoint {
         p,
-        p_error,
+        p_error: Vec3::splat(p_error),
         ng,
         ns: ng,
         corners: [

@@ -1,4 +1,4 @@
-use kilauea_accel::{Ray, Visibility};
+use kilauea_accel::{Ray, Visibility, offset_origin};
 use kilauea_math::{Vec2, Vec3};
 use kilauea_shading::Surface;
 use shaders::Shader;
@@ -28,8 +28,8 @@ pub struct Interaction<'a> {
     pub at: PrimitiveRef,
     /// What shaders see.
     pub surface: Surface<'a>,
-    /// Bound on the rounding error of `surface.p` in any axis.
-    pub p_error: f32,
+    /// By axis: how far `surface.p` may be from the surface that rays are tested against.
+    pub p_error: Vec3,
     /// The material's shader.
     pub shader: &'a Shader,
     /// When, in [0, 1] over the shutter.
@@ -37,8 +37,7 @@ pub struct Interaction<'a> {
 }
 
 impl Interaction<'_> {
-    /// A ray from here in the unit direction `dir`, that does not meet the primitive it leaves:
-    /// its origin is moved along the normal by the bound on the rounding error (PBR 4ed., 6.8.6).
+    /// A ray from here in the unit direction `dir`, that does not meet the primitive it leaves.
     #[inline]
     pub fn spawn_ray(&self, dir: Vec3, t_max: f32, visibility: Visibility) -> Ray {
         Ray {
@@ -54,27 +53,6 @@ impl Interaction<'_> {
     /// The point, moved off the surface to the side of `dir`.
     #[inline]
     pub fn offset_origin(&self, dir: Vec3) -> Vec3 {
-        let n = self.surface.ng;
-        let distance = n.abs().element_sum() * self.p_error;
-        let offset = n * distance.copysign(dir.dot(n));
-        let p = self.surface.p + offset;
-        // The sum rounds too: step outward where it fell short.
-        Vec3::new(
-            step_away(p.x, offset.x),
-            step_away(p.y, offset.y),
-            step_away(p.z, offset.z),
-        )
-    }
-}
-
-/// The next number in the direction of `offset`.
-#[inline]
-fn step_away(x: f32, offset: f32) -> f32 {
-    if offset > 0.0 {
-        x.next_up()
-    } else if offset < 0.0 {
-        x.next_down()
-    } else {
-        x
+        offset_origin(self.surface.p, self.p_error, self.surface.ng, dir)
     }
 }

@@ -13,10 +13,11 @@ pub(crate) fn key_before(n_keys: usize, time: f32) -> (usize, f32) {
     (before, position - before as f32)
 }
 
-/// The point between two keys.
+/// The point between two keys, rounded as in the acceleration structure: the same bits.
 #[inline]
 pub(super) fn between(a: [f32; 3], b: [f32; 3], share: f32) -> Vec3 {
-    Vec3::from_array(a) * (1.0 - share) + Vec3::from_array(b) * share
+    let (a, b) = (Vec3::from_array(a), Vec3::from_array(b));
+    a + share * (b - a)
 }
 
 /// A transform, perhaps moving.

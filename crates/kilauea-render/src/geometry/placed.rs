@@ -1,6 +1,7 @@
 use std::borrow::Cow;
 
-use kilauea_math::{DAffine3, Mat3, Vec3};
+use kilauea_accel::PlacementError;
+use kilauea_math::{DAffine3, DVec3, Mat3, Vec3};
 use kilauea_scene::Visibility;
 
 use super::keys::{TransformKeys, key_before};
@@ -30,9 +31,11 @@ pub(super) enum PlacedMotion {
 /// Takes a chunk's positions to engine space.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EngineTransform {
-    linear: Mat3,
-    translation: Vec3,
+    engine_from_chunk: DAffine3,
     is_identity: bool,
+    error: PlacementError,
+    /// Matrix of `engine_from_chunk`.
+    linear: Mat3,
     /// −1 where it mirrors.
     handedness: f32,
 }
@@ -67,31 +70,56 @@ impl PlacedMotion {
 impl EngineTransform {
     fn new(engine_from_chunk: &DAffine3) -> Self {
         let linear = engine_from_chunk.matrix3;
+        let is_identity = *engine_from_chunk == DAffine3::IDENTITY;
         Self {
+            engine_from_chunk: *engine_from_chunk,
+            is_identity,
+            error: if is_identity {
+                PlacementError::NONE
+            } else {
+                PlacementError::of(engine_from_chunk)
+            },
             linear: linear.as_mat3(),
-            translation: engine_from_chunk.translation.as_vec3(),
-            is_identity: *engine_from_chunk == DAffine3::IDENTITY,
-            handedness: handedness(linear.determinant() as f32),
+            handedness: if linear.determinant() < 0.0 {
+                -1.0
+            } else {
+                1.0
+            },
         }
     }
 
     fn toward(&self, next: &Self, share: f32) -> Self {
-        let linear = self.linear * (1.0 - share) + next.linear * share;
-        Self {
-            linear,
-            translation: self.translation * (1.0 - share) + next.translation * share,
-            is_identity: false,
-            handedness: handedness(linear.determinant()),
+        let (share, a, b) = (
+            f64::from(share),
+            &self.engine_from_chunk,
+            &next.engine_from_chunk,
+        );
+        Self::new(&DAffine3 {
+            matrix3: a.matrix3 * (1.0 - share) + b.matrix3 * share,
+            translation: a.translation.lerp(b.translation, share),
+        })
+    }
+
+    /// A point in engine space before it is rounded, as the acceleration structure places it.
+    #[inline]
+    pub(super) fn exact_point(&self, p: Vec3) -> DVec3 {
+        if self.is_identity {
+            p.as_dvec3()
+        } else {
+            self.engine_from_chunk.transform_point3(p.as_dvec3())
         }
     }
 
+    /// A point in engine space.
     #[inline]
     pub(super) fn point(&self, p: Vec3) -> Vec3 {
-        if self.is_identity {
-            p
-        } else {
-            self.linear * p + self.translation
-        }
+        self.exact_point(p).as_vec3()
+    }
+
+    /// What placing loses of triangles' points.
+    #[inline]
+    pub(super) fn error(&self) -> &PlacementError {
+        &self.error
     }
 
     #[inline]
@@ -120,7 +148,8 @@ impl EngineTransform {
         if self.is_identity {
             p
         } else {
-            self.linear.inverse() * (p - self.translation)
+            let from_origin = p.as_dvec3() - self.engine_from_chunk.translation;
+            (self.engine_from_chunk.matrix3.inverse() * from_origin).as_vec3()
         }
     }
 
@@ -135,11 +164,7 @@ impl EngineTransform {
         if self.is_identity {
             0.0
         } else {
-            self.translation.abs().max_element()
+            self.engine_from_chunk.translation.abs().max_element() as f32
         }
     }
-}
-
-fn handedness(determinant: f32) -> f32 {
-    if determinant < 0.0 { -1.0 } else { 1.0 }
 }

@@ -5,8 +5,8 @@ use kilauea_shading::Element;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShapePoint {
     pub(super) p: Vec3,
-    /// Bound on the rounding error of `p` in any axis.
-    pub(super) p_error: f32,
+    /// By axis: how far `p` may be from the surface that rays are tested against.
+    pub(super) p_error: Vec3,
     /// Geometric normal, to the outside.
     pub(super) ng: Vec3,
     /// Shading normal, on the same side.

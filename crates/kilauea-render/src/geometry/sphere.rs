@@ -21,7 +21,7 @@ pub(super) fn sphere_point(
     let (tangent, bitangent) = ng.any_orthonormal_pair();
     ShapePoint {
         p,
-        p_error,
+        p_error: Vec3::splat(p_error),
         ng,
         ns: ng,
         corners: [p, p + tangent, p + bitangent],
@@ -50,7 +50,7 @@ pub(super) struct Ball {
 }
 
 impl Ball {
-    /// Point, unit normal and error bound, engine space: the ray's point, put onto the surface.
+    /// Point, unit normal and error bound of all axes, engine space: the ray's point, put onto the surface.
     pub(super) fn point(&self, transform: &EngineTransform, view: &View) -> (Vec3, Vec3, f32) {
         let toward = transform.point_of_chunk(view.p_ray) - self.center;
         let n_chunk = toward.normalize_or(Vec3::Z);

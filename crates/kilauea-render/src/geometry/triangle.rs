@@ -1,11 +1,12 @@
-use kilauea_math::{Vec3, gamma};
+use kilauea_accel::SurfacePoint;
+use kilauea_math::{DVec3, Vec3};
 use kilauea_scene::MeshChunk;
 use kilauea_shading::Element;
 
 use super::interaction::View;
 use super::keys::{between, key_before};
 use super::placed::EngineTransform;
-use super::shape_point::{ShapePoint, extent};
+use super::shape_point::ShapePoint;
 
 /// Corner points in the chunk's space and winding, at a time.
 #[inline]
@@ -47,17 +48,11 @@ pub(super) fn triangle_point(
     transform: &EngineTransform,
     view: &View,
 ) -> ShapePoint {
-    let corners = corners(chunk, triangle, view.time).map(|p| transform.point(p));
-    let [a, b, c] = corners;
+    let corners = corners(chunk, triangle, view.time).map(|p| transform.exact_point(p));
     let (u, v) = (view.uv.x, view.uv.y);
     let w = 1.0 - u - v;
-    // Rounding of the interpolation, also between motion keys, of the placement, and of the next
-    // ray's intersection with this same triangle. One bound serves all axes: the shear of the
-    // triangle test mixes them, so that a coordinate of zero is no more exact than the others.
-    let n_roundings = if chunk.later_keys.is_empty() { 10 } else { 14 };
-    let p_error =
-        gamma(n_roundings) * extent(a).max(extent(b)).max(extent(c)) + gamma(6) * transform.reach();
-    let ng = ((b - a).cross(c - a) * transform.handedness()).normalize_or(view.wo);
+    let point = SurfacePoint::on_triangle(corners, u, v, transform.error());
+    let ng = (point.ng * transform.handedness()).normalize_or(view.wo);
     let ns = match corner_normals(chunk, triangle, view.time) {
         None => ng,
         Some([na, nb, nc]) => {
@@ -66,11 +61,11 @@ pub(super) fn triangle_point(
         }
     };
     ShapePoint {
-        p: w * a + u * b + v * c,
-        p_error,
+        p: point.p,
+        p_error: point.p_error,
         ng,
         ns,
-        corners,
+        corners: corners.map(DVec3::as_vec3),
         barycentrics: view.uv,
         element: Element::triangle(chunk, triangle),
     }

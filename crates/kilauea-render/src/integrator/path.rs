@@ -40,6 +40,8 @@ pub struct RayCounts {
     pub shadow: u64,
     /// Scattered.
     pub indirect: u64,
+    /// Of all these, those that could not be traced.
+    pub invalid: u64,
 }
 
 /// Width of the bundle that a ray stands for: a sample's share of a pixel, spread by rough bounces.
@@ -102,6 +104,10 @@ impl PathIntegrator<'_> {
 
         for depth in 0..=self.max_depth {
             let hit = self.closest::<CUTOUTS>(&ray, sampler, depth);
+            // Only what hits nothing can be invalid, so that the others need no look.
+            if hit.is_none() {
+                counts.invalid += u64::from(!ray.is_valid());
+            }
 
             // Add what lights emit along the ray.
             let t_end = hit.map_or(ray.t_max, |h| h.t);
@@ -264,6 +270,7 @@ impl PathIntegrator<'_> {
         if self.occluded::<CUTOUTS>(&shadow_ray, sampler, depth) {
             return;
         }
+        counts.invalid += u64::from(!shadow_ray.is_valid());
         let weight = if sample.is_delta {
             1.0
         } else {

@@ -45,13 +45,14 @@ impl SphericalRect {
         }
         let (x0, y0) = (to_corner.dot(x), to_corner.dot(y));
         let (x1, y1) = (x0 + length_x, y0 + length_y);
-        // Normals of the four planes through p and an edge; only these components are not zero.
+        // Normals of the four planes through p and an edge; only these components are not
+        // zero, and one of them is not needed.
         let normal_z = |at: f32| at / at.hypot(z0);
-        let (n0, n1, n2, n3) = (-normal_z(y0), normal_z(x1), normal_z(y1), -normal_z(x0));
+        let (n0, n2, n3) = (-normal_z(y0), normal_z(y1), -normal_z(x0));
         let angle = |a: f32, b: f32| (-a * b).clamp(-1.0, 1.0).acos();
-        let (g0, g1, g2, g3) = (angle(n0, n1), angle(n1, n2), angle(n2, n3), angle(n3, n0));
+        let (g2, g3) = (angle(n2, n3), angle(n3, n0));
         let k = 2.0 * std::f32::consts::PI - g2 - g3;
-        let solid_angle = g0 + g1 - k;
+        let solid_angle = solid_angle([x0, x1], [y0, y1], z0);
         (solid_angle > 1e-4 && z0 < 0.0).then_some(Self {
             origin: p,
             x,
@@ -98,9 +99,39 @@ impl SphericalRect {
     }
 }
 
+/// Solid angle of the rectangle between two x and two y in the plane `z` (van Oosterom & Strackee
+/// 1983, for its two triangles). Four angles less 2π, as in Ureña et al., would lose all digits of
+/// a rectangle seen from close to its plane, and the light sampled with it would be off as much.
+fn solid_angle([x0, x1]: [f32; 2], [y0, y1]: [f32; 2], z: f32) -> f32 {
+    let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| Vec3::new(x, y, z));
+    let lengths = corners.map(Vec3::length);
+    let determinant = (z * (x1 - x0) * (y1 - y0)).abs();
+    let triangle = |i: usize, j: usize, k: usize| {
+        let dots = corners[i].dot(corners[j]) * lengths[k]
+            + corners[j].dot(corners[k]) * lengths[i]
+            + corners[k].dot(corners[i]) * lengths[j];
+        2.0 * determinant.atan2(lengths[i] * lengths[j] * lengths[k] + dots)
+    };
+    triangle(0, 1, 2) + triangle(0, 2, 3)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Against the four-angle formula in `f64`.
+    #[test]
+    fn solid_angle_keeps_its_digits_close_to_the_plane() {
+        for z in [-1.0, -0.1, -1e-2, -1e-3] {
+            let (x, y) = ([0.2_f32, 0.7], [-0.1_f32, 0.3]);
+            let sine = |at: f32| f64::from(at) / f64::from(at).hypot(f64::from(z));
+            let n = [-sine(y[0]), sine(x[1]), sine(y[1]), -sine(x[0])];
+            let angles = (0..4).map(|i| (-n[i] * n[(i + 1) % 4]).acos());
+            let expected = angles.sum::<f64>() - 2.0 * std::f64::consts::PI;
+            let error = f64::from(solid_angle(x, y, z)) / expected - 1.0;
+            assert!(error.abs() < 2e-6, "{z}: {error}");
+        }
+    }
 
     #[test]
     fn solid_angle_is_that_of_a_cube_face() {

@@ -100,7 +100,7 @@ pub(crate) struct LeafRay {
     origin: [__m256; 3],
     shear: [__m256; 2],
     axes: [usize; 3],
-    /// Largest component of the direction.
+    /// See [`TreeRay::dir_largest`].
     dir_largest: __m256,
     t_min: __m256,
     rounded_size: __m256,
@@ -142,7 +142,7 @@ impl Kernel for Avx2 {
                 ],
                 shear: [_mm256_set1_ps(ray.shear[0]), _mm256_set1_ps(ray.shear[1])],
                 axes: ray.axes,
-                dir_largest: _mm256_set1_ps(ray.dir_f64[kz] as f32),
+                dir_largest: _mm256_set1_ps(ray.dir_largest()),
                 t_min: _mm256_set1_ps(ray.t_min),
                 rounded_size: _mm256_set1_ps(ray.rounded_size),
             }
