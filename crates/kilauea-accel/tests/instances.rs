@@ -4,7 +4,7 @@ mod shapes;
 
 use kilauea_accel::{Geometry, Hit, Placement, Ray};
 use kilauea_math::{DAffine3, DMat3, DVec3, Vec3};
-use shapes::{Builds, Mesh, Random, bumpy_sphere, placed, soup};
+use shapes::{Builds, Mesh, Random, bumpy_sphere, grid, placed, soup};
 
 fn baked(mesh: &Mesh, placement: &Placement) -> Mesh {
     let mut mesh = mesh.clone();
@@ -159,5 +159,42 @@ fn one_placement_reports_instance_zero_and_a_far_one_keeps_its_shape() {
             .intersect(&Ray::new(center.as_vec3(), Vec3::NEG_Z))
             .unwrap();
         assert_eq!((hit.t, hit.instance), (1.0, 0));
+    }
+}
+
+/// Ends of a rod of length 512 from `near_end` on, each a grid so that trees box it tightly.
+fn rod_ends(near_end: f32, width: f32) -> Mesh {
+    let mut rod = Mesh::default();
+    for end in [near_end, near_end + 512.0] {
+        let (first, cap) = (rod.positions.len() as u32, grid(8));
+        let place = |p: &[f32; 3]| [end, p[0] * width / 8.0, p[1] * width / 8.0];
+        rod.positions.extend(cap.positions.iter().map(place));
+        let triangles = cap.indices.iter().map(|t| t.map(|i| first + i));
+        rod.indices.extend(triangles);
+    }
+    rod
+}
+
+/// A ball around a rod touches its ends: where rays start must not be rounded past them.
+#[test]
+fn rays_along_rods_meet_their_ends() {
+    let mut random = Random(9);
+    for (near_end, width, distance) in [(1e5, 1.0, 1e3), (0.0, 1e-3, 1e9), (-512.0, 1e-3, 1e9)] {
+        let rod = rod_ends(near_end, width);
+        let aside = [1.0, -1.0].map(|y| placed(0, DAffine3::from_translation(DVec3::Y * y)));
+        let builds = Builds::new(&[rod.geometry()], &aside);
+        for _ in 0..100 {
+            let beside = Vec3::new(0.0, 1.0 + width * random.unit(), width * random.unit());
+            for (end, side) in [(near_end, -1.0), (near_end + 512.0, 1.0)] {
+                let origin = beside + Vec3::X * (end + side * distance);
+                let dir = Vec3::X * (-side * (1.0 + random.unit()));
+                let hit = builds.intersect(&Ray::new(origin, dir)).expect("an end");
+                let t = (end - origin.x) / dir.x;
+                assert!(
+                    (hit.t - t).abs() <= t * f32::EPSILON,
+                    "{near_end}: {hit:?} {t}"
+                );
+            }
+        }
     }
 }

@@ -18,17 +18,20 @@ pub(crate) struct Ball {
 impl Ball {
     /// Around a box.
     pub(crate) fn around(bounds: &Bounds3) -> Self {
+        let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
         Self {
-            center: bounds.center().as_dvec3(),
-            radius: 0.5 * bounds.diagonal().as_dvec3().length(),
+            center: 0.5 * (min + max),
+            radius: 0.5 * min.distance(max),
         }
     }
 
-    /// Where a ray enters, or a little before.
+    /// Where a ray enters, or a little before: from far away, too, its start must not be rounded
+    /// past what touches the ball.
     #[inline(always)]
     fn entry(&self, origin: DVec3, dir: DVec3) -> f64 {
+        const BEFORE: f64 = 1.0 - 16.0 * f64::EPSILON;
         let t_middle = (self.center - origin).dot(dir) / dir.length_squared();
-        (t_middle - self.radius / dir.abs().max_element()).max(0.0)
+        (t_middle * BEFORE - self.radius / dir.abs().max_element()).max(0.0)
     }
 }
 
