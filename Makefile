@@ -43,7 +43,7 @@ check: lint test
 lint: install
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
-	cd usd_bridge && ../$(BIN)/ruff check . ../pipeline && ../$(BIN)/ruff format --check . ../pipeline
+	cd usd_bridge && ../$(BIN)/ruff check . ../pipeline ../shaders && ../$(BIN)/ruff format --check . ../pipeline ../shaders
 	cd usd_bridge && ../$(BIN)/pyright
 
 bench: install
