@@ -8,7 +8,7 @@ import OpenImageIO as oiio
 import pytest
 from kilauea import payload
 from kilauea.errors import KilaueaError
-from kilauea.usd import materials, textures
+from kilauea.usd import declared, materials, textures
 from pxr import Usd, UsdShade
 
 ASSETS = Path(
@@ -491,6 +491,17 @@ def test_shaders_of_ours_take_patterns(tmp_path):
     node, channel = m["tint"]
     assert (node["type"], node["name"], channel) == ("primvar", "tone", "rgb")
     assert m.table.primvars(m.index) == {"tone"}
+
+
+def test_shaders_of_ours_take_words(tmp_path, monkeypatch):
+    side = {"type": "token", "tokens": ["front", "back"]}
+    velvet = {"kilauea:Velvet": {"shader": "Velvet", "inputs": {"side": side}}}
+    monkeypatch.setattr(declared, "declarations", lambda: velvet)
+    m = Translated(tmp_path, own("Velvet", "token inputs:side = 'back'"))
+    assert (m.record["shader"], m.constant("side")) == ("Velvet", 1.0)
+    m = Translated(tmp_path, own("Velvet", "token inputs:side = 'edge'"))
+    assert not m.record["inputs"]
+    assert m.frame.warnings == ["/M: side edge is unknown: front"]
 
 
 @pytest.mark.parametrize(
