@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 STAGE := tests/scenes/cornell_box/cornell-box.usda
 
-.PHONY: install render test test-rust test-loom test-python check lint bench clean
+.PHONY: install render describe test test-rust test-loom test-python check lint bench clean
 
 $(BIN)/python:
 	$(PYTHON) -m venv .venv
@@ -16,6 +16,10 @@ install: $(BIN)/python
 render: install
 	@mkdir -p out
 	$(BIN)/kilauea render $(STAGE) -o out/cornell.exr,out/cornell.png -r 512 512 -p 64
+
+# Writes what is generated from the shaders' declarations; a test fails where it is stale.
+describe:
+	cargo run --quiet -p shaders --example describe
 
 test: test-rust test-loom test-python
 
@@ -39,7 +43,7 @@ check: lint test
 lint: install
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --quiet -- -D warnings
-	cd usd_bridge && ../$(BIN)/ruff check . ../pipeline && ../$(BIN)/ruff format --check . ../pipeline
+	cd usd_bridge && ../$(BIN)/ruff check . ../pipeline ../shaders && ../$(BIN)/ruff format --check . ../pipeline ../shaders
 	cd usd_bridge && ../$(BIN)/pyright
 
 bench: install

@@ -1,12 +1,14 @@
 """Surface shaders.
 
-`Matte`, metals and glass are the same model. The plastic of UsdPreviewSurface becomes a Principled
-BSDF: the same microfacets and the same F0, but the Fresnel term of a dielectric in place of
-Schlick's and another share of light for the diffuse base; they differ most at grazing angles.
+`Matte`, `Mirror`, `Glass` and the metals and glass of UsdPreviewSurface are the same model. Its
+plastic becomes a Principled BSDF: the same microfacets and the same F0, but the Fresnel term of a
+dielectric in place of Schlick's and another share of light for the diffuse base; they differ most
+at grazing angles.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import bpy
@@ -51,10 +53,8 @@ class Materials:
         material.use_nodes = True
         graph = Graph.of_material(material)
         patterns = Patterns(self.scene, graph, record, per_instance)
-        if record["shader"] == "Matte":
-            shader = matte(graph, patterns)
-        elif record["shader"] == "UsdPreviewSurface":
-            shader = preview_surface(graph, patterns)
+        if build := SURFACES.get(record["shader"]):
+            shader = build(graph, patterns)
         else:
             self.warnings.append(f"{record['path']}: no shader {record['shader']} in Cycles; grey")
             shader = diffuse(graph, UNKNOWN_GREY)
@@ -64,7 +64,8 @@ class Materials:
         material.cycles.emission_sampling = "FRONT_BACK"
         # Off, normal maps tilt the shading frame and nothing else, as in ours; but then what a
         # mirror would reflect from below the surface is black, which ours lifts above it.
-        material.cycles.use_bump_map_correction = patterns.number("metallic", 0.0) != 0.0
+        is_metal = record["shader"] == "Mirror" or patterns.number("metallic", 0.0) != 0.0
+        material.cycles.use_bump_map_correction = is_metal
         return material
 
 
@@ -83,6 +84,18 @@ def matte(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
     lambert = diffuse(graph, patterns.triple("albedo", (0.18, 0.18, 0.18)))
     opacity = patterns.number("opacity", 1.0)
     return lambert if opacity == 1.0 else graph.mixed(opacity, transparent(graph), lambert)
+
+
+def mirror(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
+    """Reflect a tint at every angle."""
+    tint = patterns.triple("tint", (1.0, 1.0, 1.0))
+    return glossy(graph, tint, patterns.number("roughness", 0.0), None)
+
+
+def glass(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
+    """Build smooth glass that tints what it refracts; Blender's own tints the reflection too."""
+    tint = patterns.triple("tint", (1.0, 1.0, 1.0))
+    return boundary(graph, patterns.number("ior", 1.5), tint, 0.0)
 
 
 def with_emission(
@@ -244,7 +257,12 @@ def dielectric(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket:
         node = graph.node("ShaderNodeBsdfGlass", Color=(1.0, 1.0, 1.0), Roughness=0.0, IOR=ior)
         node.distribution = "GGX"
         return node.outputs[0]
-    through = graph.node("ShaderNodeBsdfRefraction", Color=(1.0, 1.0, 1.0), Roughness=0.0, IOR=ior)
+    return boundary(graph, ior, (1.0, 1.0, 1.0), roughness)
+
+
+def boundary(graph: Graph, ior: Scalar, tint: Triple, roughness: Scalar) -> bpy.types.NodeSocket:
+    """Refract sharply and tinted, reflect with roughness and white, shared by Fresnel."""
+    through = graph.node("ShaderNodeBsdfRefraction", Color=tint, Roughness=0.0, IOR=ior)
     through.distribution = "GGX"
     reflected = glossy(graph, (1.0, 1.0, 1.0), roughness, None)
     fresnel = graph.node("ShaderNodeFresnel", IOR=ior).outputs[0]
@@ -264,3 +282,12 @@ def shading_normal(graph: Graph, patterns: Patterns) -> bpy.types.NodeSocket | N
     node.space = "TANGENT"
     node.uv_map = patterns.coordinates_name("normal") or ""
     return node.outputs[0]
+
+
+SURFACES: dict[str, Callable[[Graph, Patterns], bpy.types.NodeSocket]] = {
+    "Glass": glass,
+    "Matte": matte,
+    "Mirror": mirror,
+    "UsdPreviewSurface": preview_surface,
+}
+"""What builds the shader graph of a record, by the record's shader."""

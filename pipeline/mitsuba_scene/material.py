@@ -1,4 +1,7 @@
-"""Diffuse surfaces and emission; UsdPreviewSurface with constant inputs as `principled`."""
+"""Diffuse surfaces, smooth mirrors, glass and emission.
+
+UsdPreviewSurface with constant inputs becomes `principled`.
+"""
 
 from __future__ import annotations
 
@@ -16,6 +19,7 @@ PRINCIPLED = {
     "clearcoat": ("clearcoat", 0.0),
 }
 """Input and default of UsdPreviewSurface for each parameter."""
+WHITE = (1.0, 1.0, 1.0)
 UNSUPPORTED = ("normal", "displacement", "opacityThreshold", "useSpecularWorkflow")
 
 
@@ -48,6 +52,17 @@ class Materials:
         if record["shader"] == "Matte":
             colour = colour_of(record, "albedo", attributes)
             return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": colour}}
+        if record["shader"] == "Mirror" and constant(record, "roughness", 0.0) == 0.0:
+            tint = colour_of(record, "tint", attributes, WHITE)
+            mirror = {"type": "conductor", "material": "none", "specular_reflectance": tint}
+            return {"type": "twosided", "bsdf": mirror}
+        if record["shader"] == "Glass":
+            return {
+                "type": "dielectric",
+                "int_ior": constant(record, "ior", 1.5),
+                "ext_ior": 1.0,
+                "specular_transmittance": colour_of(record, "tint", attributes, WHITE),
+            }
         if record["shader"] != "UsdPreviewSurface":
             raise UnsupportedError(f"{record['path']}: the shader {record['shader']}")
         for name in UNSUPPORTED:
@@ -61,7 +76,12 @@ class Materials:
         return {"type": "twosided", "bsdf": {"type": "principled", **parameters}}
 
 
-def colour_of(record: dict[str, Any], name: str, attributes: dict[str, str]) -> dict[str, Any]:
+def colour_of(
+    record: dict[str, Any],
+    name: str,
+    attributes: dict[str, str],
+    default: tuple[float, float, float] = (0.18, 0.18, 0.18),
+) -> dict[str, Any]:
     """Return the colour of a surface: constant or a primvar."""
     source = record["inputs"].get(name)
     node = None if source is None else record["nodes"][source["node"]]
@@ -69,7 +89,7 @@ def colour_of(record: dict[str, Any], name: str, attributes: dict[str, str]) -> 
         if node["name"] in attributes:
             return {"type": "mesh_attribute", "name": attributes[node["name"]]}
         return {"type": "rgb", "value": node["fallback"][:3]}
-    return {"type": "rgb", "value": constant(record, name, (0.18, 0.18, 0.18))}
+    return {"type": "rgb", "value": constant(record, name, default)}
 
 
 def constant(record: dict[str, Any], name: str, default: Any) -> Any:

@@ -484,6 +484,26 @@ def test_metal_mirrors_the_sun(tmp_path: Path, angle: float) -> None:
     check(render(writer.write()), gold)
 
 
+@pytest.mark.parametrize(("tint", "roughness"), [([0.9, 0.6, 0.3], 0.0), ([1.0] * 3, 0.5)])
+def test_mirrors_reflect_their_tint(tmp_path: Path, tint: list[float], roughness: float) -> None:
+    """In a white furnace a mirror has its tint; a rough one that is white stays white."""
+    writer = SceneWriter(tmp_path)
+    writer.record["materials"] = [constant_material("Mirror", tint=tint, roughness=roughness)]
+    writer.floor()
+    writer.record["lights"] = [light({"type": "dome"}, np.eye(4))]
+    check(render(writer.write()), tint)
+
+
+def test_glass_tints_what_it_refracts(tmp_path: Path) -> None:
+    """Seen straight on, what is under the boundary is tinted and what is above is not."""
+    writer = SceneWriter(tmp_path)
+    tint = [0.9, 0.5, 0.0]
+    writer.record["materials"] = [constant_material("Glass", tint=tint, ior=1.5)]
+    writer.floor()
+    writer.record["lights"] = [light({"type": "dome"}, np.eye(4))]
+    check(render(writer.write()), [0.04 + 0.96 * channel for channel in tint])
+
+
 @pytest.mark.parametrize("textured_metallic", [False, True])
 def test_part_metals_reflect_as_specified(tmp_path: Path, *, textured_metallic: bool) -> None:
     """Seen straight on, half a metal has the product of two interpolations, not a mean of two."""

@@ -95,6 +95,28 @@ def test_screen_window(tmp_path: Path) -> None:
     np.testing.assert_allclose(image, expected, atol=1e-3)
 
 
+def test_mirror_reflects_its_tint(tmp_path: Path) -> None:
+    """In a white furnace a mirror has its tint."""
+    writer = SceneWriter(tmp_path)
+    tint = [0.9, 0.6, 0.3]
+    writer.record["materials"] = [constant_material("Mirror", tint=tint)]
+    writer.floor()
+    writer.record["lights"] = [light({"type": "dome"}, np.eye(4))]
+    image = render(writer.write())
+    np.testing.assert_allclose(image.reshape(-1, 3).mean(axis=0), tint, rtol=1e-3)
+
+
+def test_glass_passes_and_reflects_all_light(tmp_path: Path) -> None:
+    """In a white furnace a pane of glass cannot be seen."""
+    writer = SceneWriter(tmp_path)
+    writer.record["materials"] = [constant_material("Glass", ior=1.5)]
+    writer.floor()
+    writer.chunk([(-1, -0.1, 1), (1, -0.1, 1), (1, -0.1, -1)], [(0, 2, 1)])
+    writer.record["lights"] = [light({"type": "dome"}, np.eye(4))]
+    writer.record["settings"] |= {"max_depth": 32}
+    np.testing.assert_allclose(render(writer.write()).mean(), 1.0, rtol=0.01)
+
+
 def test_says_what_it_does_not_cover(tmp_path: Path) -> None:
     writer = SceneWriter(tmp_path)
     shape = {"type": "cylinder", "radius": 1.0, "length": 1.0}

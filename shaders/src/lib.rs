@@ -4,11 +4,16 @@
 
 #![forbid(unsafe_code)]
 
+pub mod describe;
+mod glass;
 mod list;
 mod matte;
+mod mirror;
 mod usd_preview_surface;
 
+pub use glass::Glass;
 pub use matte::Matte;
+pub use mirror::Mirror;
 pub use usd_preview_surface::{PreviewInputs, UsdPreviewSurface};
 
-list::shaders! { Matte, UsdPreviewSurface }
+list::shaders! { Glass, Matte, Mirror, UsdPreviewSurface }

@@ -41,11 +41,11 @@ macro_rules! shaders {
                 })
             }
 
-            /// Declared inputs of each shader, by name.
-            pub fn parameters() -> Vec<(&'static str, Vec<kilauea_shading::Parameter>)> {
+            /// What each shader declares, by name.
+            pub fn declarations() -> Vec<(&'static str, kilauea_shading::Declaration)> {
                 vec![$((
                     <$shader as kilauea_shading::SurfaceShader>::NAME,
-                    <$shader as kilauea_shading::SurfaceShader>::parameters(),
+                    <$shader as kilauea_shading::SurfaceShader>::declaration(),
                 ),)+]
             }
 
@@ -59,6 +59,12 @@ macro_rules! shaders {
             #[inline]
             pub fn ignored_inputs(&self) -> &[String] {
                 &self.inputs.ignored
+            }
+
+            /// Each constant outside its declared range, with its value and the range.
+            #[inline]
+            pub fn out_of_range(&self) -> &[String] {
+                &self.inputs.out_of_range
             }
 
             /// See [`kilauea_shading::SurfaceShader::bsdf`].

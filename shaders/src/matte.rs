@@ -4,17 +4,17 @@ parameters! {
     /// Ideal diffuse surface: scatters light evenly over the hemisphere.
     pub struct Matte {
         /// Fraction of light reflected.
-        albedo: Spectrum = ("albedo", Spectrum::splat(0.18)),
+        albedo: Spectrum = ("albedo", Spectrum::splat(0.18), 0.0..=1.0),
         /// Presence: 1 is solid, 0 is not there.
-        opacity: f32 = ("opacity", 1.0),
+        opacity: f32 = ("opacity", 1.0, 0.0..=1.0),
     }
 }
 
 impl SurfaceShader for Matte {
     const NAME: &'static str = "Matte";
 
-    fn parameters() -> Vec<Parameter> {
-        Self::parameters()
+    fn declaration() -> Declaration {
+        Self::declaration()
     }
 
     fn compile(inputs: &mut ShaderInputs<'_>) -> Result<Self, ShaderError> {

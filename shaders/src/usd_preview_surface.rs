@@ -2,10 +2,11 @@ use kilauea_bsdf::{Layers, f0_from_ior};
 use kilauea_shading::prelude::*;
 
 parameters! {
-    /// Inputs of UsdPreviewSurface 2.6.
+    /// The preview surface of the USD specification 2.6: a diffuse base or a metal or glass, under
+    /// a specular interface, under a clear coat.
     pub struct PreviewInputs {
         /// Albedo of a dielectric, or reflectance of a metal.
-        diffuse_color: Spectrum = ("diffuseColor", Spectrum::splat(0.18)),
+        diffuse_color: Spectrum = ("diffuseColor", Spectrum::splat(0.18), 0.0..=1.0),
         /// Radiance emitted from both sides, in nits.
         emissive_color: Spectrum = ("emissiveColor", Spectrum::BLACK),
         /// 1 takes `specularColor`, 0 takes `metallic`.
@@ -13,18 +14,18 @@ parameters! {
         /// Reflectance at normal incidence, in the specular workflow.
         specular_color: Spectrum = ("specularColor", Spectrum::BLACK),
         /// 1 is a metal, 0 a dielectric, in the metallic workflow.
-        metallic: f32 = ("metallic", 0.0),
+        metallic: f32 = ("metallic", 0.0, 0.0..=1.0),
         /// Of the reflection; refraction has none. Its square is GGX's alpha.
-        roughness: f32 = ("roughness", 0.5),
+        roughness: f32 = ("roughness", 0.5, 0.0..=1.0),
         /// Amount of a clear coat over everything else.
-        clearcoat: f32 = ("clearcoat", 0.0),
+        clearcoat: f32 = ("clearcoat", 0.0, 0.0..=1.0),
         /// Roughness of the clear coat.
-        clearcoat_roughness: f32 = ("clearcoatRoughness", 0.01),
+        clearcoat_roughness: f32 = ("clearcoatRoughness", 0.01, 0.0..=1.0),
         /// See `opacityMode`.
-        opacity: f32 = ("opacity", 1.0),
-        /// 0, transparent: `1 - opacity` of the base is clear glass under the reflection.
-        /// 1, presence: `1 - opacity` of the surface is not there.
-        opacity_mode: f32 = ("opacityMode", 0.0),
+        opacity: f32 = ("opacity", 1.0, 0.0..=1.0),
+        /// Transparent: `1 - opacity` of the base is clear glass under the reflection.
+        /// Presence: `1 - opacity` of the surface is not there.
+        opacity_mode: f32 = ("opacityMode", 0.0, &["transparent", "presence"]),
         /// Above 0: the surface is solid where opacity reaches it and not there elsewhere.
         opacity_threshold: f32 = ("opacityThreshold", 0.0),
         /// Index of refraction.
@@ -38,8 +39,7 @@ parameters! {
     }
 }
 
-/// The preview surface of the USD specification: a diffuse base or a metal or glass, under a
-/// specular interface, under a clear coat. Layered, so that no light is gained or lost.
+/// Layers with the inputs of UsdPreviewSurface, so that no light is gained or lost between them.
 #[derive(Clone, Debug)]
 pub struct UsdPreviewSurface {
     inputs: PreviewInputs,
@@ -57,22 +57,18 @@ enum OpacityMode {
 impl SurfaceShader for UsdPreviewSurface {
     const NAME: &'static str = "UsdPreviewSurface";
 
-    fn parameters() -> Vec<Parameter> {
-        PreviewInputs::parameters()
+    fn declaration() -> Declaration {
+        PreviewInputs::declaration()
     }
 
     fn compile(inputs: &mut ShaderInputs<'_>) -> Result<Self, ShaderError> {
         let read = PreviewInputs::read(inputs)?;
-        let mode = read.opacity_mode.constant();
         let opacity_mode = if read.opacity_threshold.constant().is_none_or(|t| t > 0.0) {
             OpacityMode::Threshold
-        } else if mode == Some(0.0) {
-            OpacityMode::Transparent
-        } else if mode == Some(1.0) {
+        } else if read.opacity_mode.constant() == Some(1.0) {
             OpacityMode::Presence
         } else {
-            let found = mode.map_or("a pattern".to_owned(), |m| m.to_string());
-            return Err(inputs.invalid("opacityMode", &found, "0 (transparent) or 1 (presence)"));
+            OpacityMode::Transparent
         };
         Ok(Self {
             inputs: read,
@@ -159,6 +155,7 @@ impl UsdPreviewSurface {
             coat: inputs.clearcoat.at(surface),
             coat_roughness: inputs.clearcoat_roughness.at(surface),
             transmission: dielectric * (1.0 - opacity),
+            transmission_tint: Spectrum::ONE,
             ior,
         }
     }

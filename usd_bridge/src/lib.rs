@@ -13,6 +13,7 @@ mod image;
 mod job;
 mod rays;
 mod scene;
+mod shaders;
 
 #[pyo3::pymodule]
 mod _native {
@@ -28,4 +29,6 @@ mod _native {
     use crate::rays::RayWorkload;
     #[pymodule_export]
     use crate::scene::Scene;
+    #[pymodule_export]
+    use crate::shaders::shader_declarations;
 }

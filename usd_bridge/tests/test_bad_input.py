@@ -36,6 +36,15 @@ def placed(name, operation, value):
         uniform token[] xformOpOrder = ["xformOp:{operation}"]; def Sphere "S" {{}} }}"""
 
 
+def ball(shader, inputs):
+    """Bind a shader of our own to a sphere."""
+    return f"""def Material "M" {{ token outputs:surface.connect = </M/S.outputs:surface>
+        def Shader "S" {{ uniform token info:id = "kilauea:{shader}"; {inputs}
+            token outputs:surface }} }}
+        def Sphere "B" (prepend apiSchemas = ["MaterialBindingAPI"])
+        {{ rel material:binding = </M> }}"""
+
+
 @pytest.fixture
 def run(tmp_path):
     """Run the command and check what must always hold."""
@@ -153,6 +162,17 @@ def test_what_is_missing_is_named(run, write_stage):
 @pytest.mark.parametrize("name", MISSING)
 def test_what_is_missing_is_an_error_under_strict(run, write_stage, name):
     assert name in run(write_stage(SOUND + MISSING[name]), "--strict", code=4)
+
+
+def test_input_of_another_type(run, write_stage):
+    stage = write_stage(ball("Glass", 'string inputs:ior = "diamond"') + LIGHT + CAMERA)
+    stderr = run(stage, code=1)
+    assert "/M: inputs:ior of kilauea:Glass is a string; expected a float" in stderr
+
+
+def test_constant_out_of_range(run, write_stage):
+    stderr = run(write_stage(ball("Matte", "float inputs:opacity = 2") + LIGHT + CAMERA))
+    assert "/M: inputs:opacity is [2.0], outside 0 to 1" in stderr
 
 
 def test_binding_to_nothing(run, write_stage):

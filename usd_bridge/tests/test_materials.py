@@ -7,7 +7,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from kilauea import payload
-from kilauea.usd import materials, textures
+from kilauea.errors import KilaueaError
+from kilauea.usd import declared, materials, textures
 from pxr import Usd, UsdShade
 
 ASSETS = Path(
@@ -458,3 +459,73 @@ def test_materials_of_asset_stages(name):
             index = table.index(UsdShade.Material(prim), False, False)
             check_record(frame.materials[index], frame)
     images.finish()
+
+
+def own(shader, inputs, rest=""):
+    return preview(inputs, rest).replace('"UsdPreviewSurface"', f'"kilauea:{shader}"')
+
+
+def test_shaders_of_ours_are_read_as_they_are_declared(tmp_path):
+    m = Translated(tmp_path, own("Glass", "color3f inputs:tint = (1, 0.5, 0)"))
+    assert m.record["shader"] == "Glass"
+    assert m.constant("tint") == [1.0, 0.5, 0.0]
+    assert set(m.record["inputs"]) == {"tint"}
+    m = Translated(tmp_path, own("Mirror", "double inputs:roughness = 0.25"))
+    assert (m.record["shader"], m.constant("roughness")) == ("Mirror", 0.25)
+    assert not m.frame.warnings
+    assert not m.frame.missing
+
+
+READER = """
+    def Shader "P" {{
+        uniform token info:id = "UsdPrimvarReader_{0}"
+        string inputs:varname = "tone"
+        {0} outputs:result
+    }}
+"""
+
+
+def test_shaders_of_ours_take_patterns(tmp_path):
+    tint = "color3f inputs:tint.connect = </M/P.outputs:result>"
+    m = Translated(tmp_path, own("Mirror", tint, READER.format("float3")))
+    node, channel = m["tint"]
+    assert (node["type"], node["name"], channel) == ("primvar", "tone", "rgb")
+    assert m.table.primvars(m.index) == {"tone"}
+
+
+def test_shaders_of_ours_take_words(tmp_path, monkeypatch):
+    side = {"type": "token", "tokens": ["front", "back"]}
+    velvet = {"kilauea:Velvet": {"shader": "Velvet", "inputs": {"side": side}}}
+    monkeypatch.setattr(declared, "declarations", lambda: velvet)
+    m = Translated(tmp_path, own("Velvet", "token inputs:side = 'back'"))
+    assert (m.record["shader"], m.constant("side")) == ("Velvet", 1.0)
+    m = Translated(tmp_path, own("Velvet", "token inputs:side = 'edge'"))
+    assert not m.record["inputs"]
+    assert m.frame.warnings == ["/M: side edge is unknown: front"]
+
+
+@pytest.mark.parametrize(
+    ("shader", "inputs", "found", "expected"),
+    [
+        ("Matte", "float inputs:albedo = 0.5", "float", "color3f"),
+        ("Matte", "string inputs:opacity = 'half'", "string", "float"),
+        ("Glass", "color3f inputs:ior = (1, 1, 1)", "color3f", "float"),
+        ("Matte", "color3f inputs:albedo.connect = </M/P.outputs:result>", "float", "color3f"),
+    ],
+)
+def test_inputs_of_another_type_are_errors(tmp_path, shader, inputs, found, expected):
+    name = inputs.split("inputs:")[1].split(" ")[0].split(".")[0]
+    message = f"/M: inputs:{name} of kilauea:{shader} is a {found}; expected a {expected}"
+    with pytest.raises(KilaueaError, match=f"^{message}$"):
+        Translated(tmp_path, own(shader, inputs, READER.format("float")))
+
+
+def test_inputs_that_are_not_declared_are_reported(tmp_path):
+    m = Translated(tmp_path, own("Matte", "float inputs:sheen = 1"))
+    assert m.frame.warnings == ["/M: kilauea:Matte has no input sheen"]
+
+
+def test_unknown_shaders_of_ours_are_missing(tmp_path):
+    m = Translated(tmp_path, own("Velvet", ""))
+    assert m.record["shader"] == "UsdPreviewSurface"
+    assert "kilauea:Velvet" in m.frame.missing[0]

@@ -16,6 +16,7 @@ oiio = pytest.importorskip("OpenImageIO")
 
 COMMAND = Path(sys.executable).with_name("kilauea")
 BOX = Path(__file__).parents[2] / "tests/scenes/cornell_box/cornell-box.usda"
+BALLS = Path(__file__).parents[2] / "tests/scenes/shader_balls.usda"
 STATS = {
     "": "samples_per_pixel times rays photons memory needs skipped workers network warnings",
     "times": "load build photon gather render write total",
@@ -55,6 +56,21 @@ def box(tmp_path_factory):
     folder = tmp_path_factory.mktemp("box")
     render_box(folder / "box.exr", "--stats", folder / "box.json")
     return folder / "box.exr"
+
+
+def test_shaders_of_our_own(tmp_path):
+    """Each ball of the stage scatters as much as its shader is told to."""
+    kilauea("render", BALLS, "-o", tmp_path / "a.exr", "-r", 96, 48, "-p", 4, "--strict")
+    layers = channels(tmp_path / "a.exr")
+    row = 22
+    matte, mirror, brushed, glass = (
+        np.array([layers[f"albedo.{c}"][row, column] for c in "RGB"]) for column in (15, 37, 59, 81)
+    )
+    np.testing.assert_allclose(matte, [0.7, 0.25, 0.1], atol=1e-3)
+    np.testing.assert_allclose(mirror, [0.9, 0.9, 0.9], atol=1e-3)
+    np.testing.assert_allclose(brushed, [0.95, 0.7, 0.3], atol=0.03)
+    # Near the middle of the ball about a twenty-fifth is reflected, which is white.
+    np.testing.assert_allclose(glass, np.array([0.75, 0.95, 0.8]) * 0.96 + 0.04, atol=0.01)
 
 
 def test_layers(box):

@@ -27,6 +27,8 @@ pub struct Layers {
     /// Fraction of the interface that has clear glass under it: Fresnel's equations with `ior`
     /// instead of `f0` and `f90`, refraction without roughness.
     pub transmission: f32,
+    /// Fraction of the refracted light that passes.
+    pub transmission_tint: Spectrum,
     /// Index of refraction, of the inside over the outside; of the clear coat too.
     pub ior: f32,
 }
@@ -41,6 +43,7 @@ impl Default for Layers {
             coat: 0.0,
             coat_roughness: 0.0,
             transmission: 0.0,
+            transmission_tint: Spectrum::ONE,
             ior: 1.5,
         }
     }
@@ -69,6 +72,7 @@ pub(crate) struct Layered {
     coat_alpha: f32,
     coat_f0: f32,
     transmission: f32,
+    transmission_tint: Spectrum,
     ior: f32,
 }
 
@@ -125,6 +129,7 @@ impl Layered {
             coat_alpha: alpha(layers.coat_roughness),
             coat_f0: f0_from_ior(ior),
             transmission: layers.transmission.clamp(0.0, 1.0),
+            transmission_tint: layers.transmission_tint.clamp(0.0, 1.0),
             ior,
         }
     }
@@ -175,7 +180,8 @@ impl Layered {
     pub(crate) fn albedo(&self, view: &View) -> Spectrum {
         let opaque = (Spectrum::ONE - view.below_interface) * (1.0 - self.transmission);
         let base = opaque + self.diffuse * view.below_interface;
-        let glass = Spectrum::splat(self.transmission);
+        let reflected = view.boundary.reflectance;
+        let glass = self.transmission_tint.lerp(Spectrum::ONE, reflected) * self.transmission;
         Spectrum::splat(1.0 - view.below_coat) + (base + glass) * view.below_coat
     }
 
@@ -215,7 +221,8 @@ impl Layered {
         let coat = coat_albedo;
         let interface_albedo = below_coat * (opaque * albedo.mean() + reflected_by_glass);
         let diffuse = below_coat * (self.diffuse * below_interface).mean();
-        let glass = below_coat * (self.transmission - reflected_by_glass);
+        let refracted = self.transmission - reflected_by_glass;
+        let glass = below_coat * refracted * self.transmission_tint.mean();
         let total = coat + interface_albedo + diffuse + glass;
         let normalization = if total > 0.0 { 1.0 / total } else { 0.0 };
         View {
@@ -312,7 +319,7 @@ impl Layered {
         (view.side.ng.dot(wi) < 0.0).then(|| BsdfSample {
             wi,
             diffuse: Spectrum::BLACK,
-            specular: Spectrum::splat(weight),
+            specular: self.transmission_tint * weight,
             pdf: view.probability.glass,
             is_delta: true,
             is_transmission: true,

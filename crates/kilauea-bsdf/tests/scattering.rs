@@ -49,6 +49,7 @@ fn tinted(roughness: f32) -> Layers {
         f0: Spectrum::new(0.6, 0.3, 0.05),
         f90: Spectrum::new(1.0, 0.8, 0.5),
         transmission: 0.3,
+        transmission_tint: Spectrum::new(0.9, 0.5, 0.0),
         ..plastic(roughness)
     }
 }

@@ -60,6 +60,9 @@ impl PreparedScene {
             for input in shader.ignored_inputs() {
                 warnings.push(format!("{}: inputs:{input} is not known", material.path));
             }
+            for remark in shader.out_of_range() {
+                warnings.push(format!("{}: {remark}", material.path));
+            }
         }
         let n_rejected = geometry.accel().n_rejected();
         if n_rejected > 0 {

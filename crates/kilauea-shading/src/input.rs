@@ -19,6 +19,9 @@ pub trait InputValue: Copy {
     /// Name of the type, for documentation.
     const TYPE_NAME: &'static str;
 
+    /// How many channels it has.
+    const WIDTH: usize;
+
     /// Reads the value from the channels of a pattern.
     fn from_channels(channels: Channels, channel: Channel) -> Self;
 
@@ -40,6 +43,7 @@ fn single(channels: Channels, channel: Channel) -> Option<f32> {
 
 impl InputValue for f32 {
     const TYPE_NAME: &'static str = "float";
+    const WIDTH: usize = 1;
 
     #[inline]
     fn from_channels(channels: Channels, channel: Channel) -> Self {
@@ -53,6 +57,7 @@ impl InputValue for f32 {
 
 impl InputValue for Vec3 {
     const TYPE_NAME: &'static str = "float3";
+    const WIDTH: usize = 3;
 
     #[inline]
     fn from_channels(channels: Channels, channel: Channel) -> Self {
@@ -68,6 +73,7 @@ impl InputValue for Vec3 {
 
 impl InputValue for Spectrum {
     const TYPE_NAME: &'static str = "color";
+    const WIDTH: usize = 3;
 
     #[inline]
     fn from_channels(channels: Channels, channel: Channel) -> Self {

@@ -6,9 +6,9 @@
 
 #![forbid(unsafe_code)]
 
+mod declaration;
 mod graph;
 mod input;
-
 mod normal;
 mod parameters;
 pub mod prelude;
@@ -18,10 +18,11 @@ mod surface;
 #[cfg(test)]
 mod testing;
 
+pub use declaration::{Allowed, Declaration, Parameter};
 pub use graph::Channels;
 pub use input::{Input, InputValue};
 pub use kilauea_texture::TextureStore;
-pub use parameters::{InputSummary, Parameter, ShaderInputs};
+pub use parameters::{InputSummary, ShaderInputs};
 pub use primvar::{ElementCounts, PrimvarLayout, PrimvarSlot};
 pub use shader::{ShaderError, SurfaceShader};
 pub use surface::{Element, Surface};

@@ -2,27 +2,16 @@ use std::collections::BTreeSet;
 
 use kilauea_scene::Material;
 
-use crate::graph::{Channels, GraphCompiler};
+use crate::declaration::Allowed;
+use crate::graph::GraphCompiler;
 use crate::{Input, InputValue, ShaderError};
-
-/// A declared input of a shader.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Parameter {
-    /// Name, as authored.
-    pub name: &'static str,
-    /// float, float3 or color.
-    pub type_name: &'static str,
-    /// Value where nothing is authored, as channels.
-    pub default: Channels,
-    /// What it does, one line each.
-    pub doc: &'static [&'static str],
-}
 
 /// The inputs of one material, while its shader is compiled.
 pub struct ShaderInputs<'m> {
     material: &'m Material,
     graph: GraphCompiler<'m>,
     read: BTreeSet<String>,
+    out_of_range: Vec<String>,
 }
 
 /// What is known of a material's inputs once its shader is compiled.
@@ -32,6 +21,8 @@ pub struct InputSummary {
     pub primvars: Vec<String>,
     /// Authored inputs that the shader does not have.
     pub ignored: Vec<String>,
+    /// For each constant outside its declared range, the input, its value and the range.
+    pub out_of_range: Vec<String>,
 }
 
 impl<'m> ShaderInputs<'m> {
@@ -41,6 +32,7 @@ impl<'m> ShaderInputs<'m> {
             material,
             graph: GraphCompiler::new(material),
             read: BTreeSet::new(),
+            out_of_range: Vec::new(),
         }
     }
 
@@ -56,13 +48,38 @@ impl<'m> ShaderInputs<'m> {
         }
     }
 
-    /// An error about an input's value.
-    pub fn invalid(&self, input: &str, value: &str, expected: &str) -> ShaderError {
-        ShaderError::Value {
-            material: self.material.path.clone(),
-            input: input.to_owned(),
-            value: value.to_owned(),
-            expected: expected.to_owned(),
+    /// Holds a value against its declaration. A token that does not exist is an error; a number
+    /// outside its range is noted, and shaded as what is nearest to it.
+    pub fn check<T: InputValue>(
+        &mut self,
+        name: &str,
+        input: &Input<T>,
+        allowed: &Allowed,
+    ) -> Result<(), ShaderError> {
+        let constant = input.constant().map(InputValue::to_channels);
+        match (allowed, constant) {
+            (Allowed::Tokens(tokens), constant) => {
+                let idx = constant.map(|[idx, ..]| idx);
+                let exists = |idx| (0..tokens.len()).any(|token| token as f32 == idx);
+                if idx.is_some_and(exists) {
+                    return Ok(());
+                }
+                Err(ShaderError::Value {
+                    material: self.material.path.clone(),
+                    input: name.to_owned(),
+                    value: idx.map_or("a pattern".to_owned(), |idx| idx.to_string()),
+                    expected: allowed.to_string(),
+                })
+            }
+            (Allowed::Range { min, max }, Some(value)) => {
+                let value = &value[..T::WIDTH];
+                if !value.iter().all(|v| (*min..=*max).contains(v)) {
+                    self.out_of_range
+                        .push(format!("inputs:{name} is {value:?}, outside {allowed}"));
+                }
+                Ok(())
+            }
+            (Allowed::Range { .. }, None) => Ok(()),
         }
     }
 
@@ -75,66 +92,7 @@ impl<'m> ShaderInputs<'m> {
                 .filter(|&name| !self.read.contains(name))
                 .cloned()
                 .collect(),
+            out_of_range: self.out_of_range,
         }
     }
-}
-
-/// Declares the inputs of a shader in one place: a struct with an [`Input`] for each, a `read`
-/// that takes them from [`ShaderInputs`], and `parameters` for documentation.
-///
-/// ```
-/// use kilauea_shading::prelude::*;
-///
-/// parameters! {
-///     /// Inputs of a shader.
-///     pub struct Inputs {
-///         /// Fraction of light reflected.
-///         albedo: Spectrum = ("albedo", Spectrum::splat(0.18)),
-///     }
-/// }
-/// assert_eq!(Inputs::parameters()[0].type_name, "color");
-/// ```
-#[macro_export]
-macro_rules! parameters {
-    (
-        $(#[$struct_attribute:meta])*
-        $visibility:vis struct $name:ident {
-            $(
-                $(#[doc = $doc:literal])+
-                $field:ident: $type:ty = ($authored:literal, $default:expr),
-            )*
-        }
-    ) => {
-        $(#[$struct_attribute])*
-        #[derive(Clone, Debug)]
-        $visibility struct $name {
-            $(
-                $(#[doc = $doc])+
-                pub $field: $crate::Input<$type>,
-            )*
-        }
-
-        impl $name {
-            /// Reads every input; those not authored have their defaults.
-            $visibility fn read(
-                inputs: &mut $crate::ShaderInputs<'_>,
-            ) -> Result<Self, $crate::ShaderError> {
-                Ok(Self {
-                    $($field: inputs.get::<$type>($authored, $default)?,)*
-                })
-            }
-
-            /// The declarations.
-            $visibility fn parameters() -> Vec<$crate::Parameter> {
-                vec![
-                    $($crate::Parameter {
-                        name: $authored,
-                        type_name: <$type as $crate::InputValue>::TYPE_NAME,
-                        default: $crate::InputValue::to_channels($default),
-                        doc: &[$($doc),+],
-                    },)*
-                ]
-            }
-        }
-    };
 }

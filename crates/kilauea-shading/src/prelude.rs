@@ -4,5 +4,5 @@ pub use kilauea_bsdf::Bsdf;
 pub use kilauea_math::{Frame, Spectrum, Vec2, Vec3};
 
 pub use crate::{
-    Input, Parameter, ShaderError, ShaderInputs, Surface, SurfaceShader, TextureStore, parameters,
+    Declaration, Input, ShaderError, ShaderInputs, Surface, SurfaceShader, TextureStore, parameters,
 };

@@ -1,15 +1,15 @@
 use kilauea_bsdf::Bsdf;
 use kilauea_math::Spectrum;
 
-use crate::{Parameter, ShaderInputs, Surface, TextureStore};
+use crate::{Declaration, ShaderInputs, Surface, TextureStore};
 
 /// A surface shader: turns its inputs at a point into scattering, emission and presence.
 pub trait SurfaceShader: Send + Sync + Sized {
     /// The name that materials call it by.
     const NAME: &'static str;
 
-    /// Its inputs: names, types, defaults, documentation.
-    fn parameters() -> Vec<Parameter>;
+    /// What it is like, and its inputs: names, types, defaults, allowed values, documentation.
+    fn declaration() -> Declaration;
 
     /// Reads the inputs of a material and prepares what does not vary over a surface.
     fn compile(inputs: &mut ShaderInputs<'_>) -> Result<Self, ShaderError>;

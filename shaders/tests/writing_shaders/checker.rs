@@ -4,9 +4,9 @@ parameters! {
     /// Matte squares of two colors.
     pub struct Checker {
         /// Color of the square at the origin.
-        even: Spectrum = ("even", Spectrum::splat(0.8)),
+        even: Spectrum = ("even", Spectrum::splat(0.8), 0.0..=1.0),
         /// Color of its neighbours.
-        odd: Spectrum = ("odd", Spectrum::splat(0.1)),
+        odd: Spectrum = ("odd", Spectrum::splat(0.1), 0.0..=1.0),
         /// Texture coordinates.
         st: Vec3 = ("st", Vec3::ZERO),
         /// Squares per unit of `st`.
@@ -17,8 +17,8 @@ parameters! {
 impl SurfaceShader for Checker {
     const NAME: &'static str = "Checker";
 
-    fn parameters() -> Vec<Parameter> {
-        Self::parameters()
+    fn declaration() -> Declaration {
+        Self::declaration()
     }
 
     fn compile(inputs: &mut ShaderInputs<'_>) -> Result<Self, ShaderError> {

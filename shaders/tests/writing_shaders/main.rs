@@ -110,6 +110,10 @@ fn declared_defaults_hold_where_nothing_is_authored() {
         albedo_at(&material(&[]), Vec2::splat(0.01)),
         Spectrum::splat(0.8)
     );
-    let names: Vec<_> = Checker::parameters().iter().map(|p| p.name).collect();
+    let names: Vec<_> = Checker::declaration()
+        .parameters
+        .iter()
+        .map(|p| p.name)
+        .collect();
     assert_eq!(names, ["even", "odd", "st", "frequency"]);
 }

@@ -1,4 +1,4 @@
-"""Materials: UsdPreviewSurface and what comes near it, as `kilauea_scene::Material` records."""
+"""Materials: UsdPreviewSurface, what comes near it and shaders of ours, as engine records."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from pxr import Usd, UsdShade
 
 from kilauea import payload
-from kilauea.usd import materialx, networks
+from kilauea.usd import declared, materialx, networks
 from kilauea.usd.networks import Network, Value
 from kilauea.usd.remarks import Remarks
 from kilauea.usd.textures import TextureTable
@@ -31,7 +31,6 @@ _PREVIEW_INPUTS = (
     "ior",
     "normal",
 )
-_OPACITY_MODES = {"transparent": 0.0, "presence": 1.0}
 
 
 class MaterialTable:
@@ -78,10 +77,15 @@ class MaterialTable:
         path = str(material.GetPath())
         network = self._network(path)
         shader = self._surface_shader(material)
+        name = "UsdPreviewSurface"
         inputs: dict[str, Value] = {}
         if shader:
-            inputs = _SURFACES[str(shader.GetShaderId())](network, shader)
-        self._append(path, "UsdPreviewSurface", network, inputs)
+            shader_id = str(shader.GetShaderId())
+            if declared.is_ours(shader_id):
+                name, inputs = declared.read(network, shader, path)
+            else:
+                inputs = _SURFACES[shader_id](network, shader)
+        self._append(path, name, network, inputs)
 
     def _add_unbound(self, has_display_color: bool, has_display_opacity: bool) -> None:
         network = self._network("")
@@ -118,7 +122,7 @@ class MaterialTable:
         for context in ("", "mtlx"):
             shader = material.ComputeSurfaceSource(context)[0]
             name = str(shader.GetShaderId() or "without info:id") if shader else ""
-            if name in _SURFACES:
+            if name in _SURFACES or declared.is_ours(name):
                 return shader
             if name:
                 found[name] = None
@@ -144,11 +148,11 @@ def _preview_surface(network: Network, shader: UsdShade.Shader) -> dict[str, Val
             inputs[name] = value
     if "normal" in inputs and network.constant_value(inputs["normal"]) == [0.0, 0.0, 1.0, 1.0]:
         del inputs["normal"]
-    mode = network.text(shader.GetInput("opacityMode"), "transparent")
-    if mode not in _OPACITY_MODES:
-        network.remark(f"opacityMode {mode} is unknown: transparent")
-    elif mode != "transparent":
-        inputs["opacityMode"] = network.constant((_OPACITY_MODES[mode],))
+    if port := shader.GetInput("opacityMode"):
+        modes = declared.declarations()["UsdPreviewSurface"]["inputs"]["opacityMode"]["tokens"]
+        mode = declared.token(network, port, modes)
+        if mode:
+            inputs["opacityMode"] = mode
     displacement = network.read(shader.GetInput("displacement"))
     if displacement and (network.constant_value(displacement) or [1.0])[0] != 0.0:
         network.remark("displacement is not rendered")

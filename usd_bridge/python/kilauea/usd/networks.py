@@ -97,6 +97,11 @@ class Network:
                 return value or self._own(port)
         return self._constant_of(attribute)
 
+    def type_of(self, port: UsdShade.Input | None) -> Sdf.ValueTypeName | None:
+        """Return the type of what feeds an input; None where nothing does."""
+        attribute = self._producer(port)
+        return attribute.GetTypeName() if attribute is not None else None
+
     def numbers(self, port: UsdShade.Input | None, default: Numbers) -> Numbers:
         """Return the numbers of an input that takes no pattern, as many as `default` has."""
         attribute = self._producer(port)
