@@ -2,8 +2,10 @@
 
 use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
 use kilauea_mesh::CurveType;
-use kilauea_render::RenderJob;
-use kilauea_scene::{DataWindow, FilterKind, Light, LightShape, RenderSettings, Visibility};
+use kilauea_render::{PreparedScene, RenderError, RenderJob};
+use kilauea_scene::{
+    DataWindow, FilterKind, Light, LightShape, RenderSettings, Shading, Visibility,
+};
 use kilauea_tests::{
     Curves, Mesh, Picture, Placements, Points, Sphere, Stage, black_emitter, light, matte,
     perspective, preview, rect_light, rel_mse, with_opacity,
@@ -112,6 +114,112 @@ fn threads_do_not_change_a_bit() {
     tiny(1).check_same_bits(&tiny(3), "one tile for three threads");
 }
 
+/// Renders inline and in every other way, which must not change a bit.
+fn check_shading(name: &str, stage: &Stage) {
+    let settings = RenderSettings {
+        samples_per_pixel: 3,
+        ..settings()
+    };
+    let prepared = stage.prepare(&settings);
+    let render = |shading, threads| {
+        let settings = RenderSettings {
+            shading,
+            threads,
+            ..settings.clone()
+        };
+        Picture::render(&prepared, settings)
+    };
+    let inline = render(Shading::Inline, 2);
+    assert!(inline.mean() > 0.01, "{name} is black");
+    assert_eq!(inline.stats.memory.shades_in_flight_peak, 0);
+    for (shading, threads) in [
+        (Shading::Queued, 1),
+        (Shading::Queued, 2),
+        (Shading::Queued, 7),
+        (Shading::Bytes, 2),
+    ] {
+        let what = format!("{name}, {shading:?}, {threads} threads");
+        let picture = render(shading, threads);
+        inline.check_same_bits(&picture, &what);
+        let (ours, theirs) = (&inline.stats, &picture.stats);
+        assert_eq!(ours.rays.camera, theirs.rays.camera, "{what}");
+        assert_eq!(ours.rays.shadow, theirs.rays.shadow, "{what}");
+        assert_eq!(ours.rays.indirect, theirs.rays.indirect, "{what}");
+        assert!(theirs.is_complete && theirs.full_passes == ours.full_passes);
+        assert!(theirs.memory.shades_in_flight_peak > 0, "{what}");
+    }
+}
+
+#[test]
+fn how_questions_are_answered_does_not_change_a_bit() {
+    check_shading("plain", &plain());
+    // Cut-outs, instances that move, curves, points, a lens.
+    check_shading("everything", &everything());
+    let mut cutout = plain();
+    cutout.materials[1] = with_opacity(matte([0.2, 0.6, 0.3]), 0.5);
+    check_shading("a cut-out sphere", &cutout);
+    let mut furnace = plain();
+    furnace.lights = vec![light(LightShape::Dome, DMat4::IDENTITY)];
+    check_shading("under a dome", &furnace);
+}
+
+#[test]
+fn shades_that_wait_keep_within_their_memory() {
+    let mut peaks = [1_u64 << 16, 1 << 24].map(|shade_memory_bytes| {
+        let picture = everything().render(|s| {
+            *s = RenderSettings {
+                shading: Shading::Queued,
+                threads: 2,
+                shade_memory_bytes,
+                ..settings()
+            };
+        });
+        picture.stats.memory.shades_in_flight_peak
+    });
+    peaks.sort_unstable();
+    let [little, much] = peaks;
+    // One root a thread may pass the budget.
+    assert!(little < (1 << 16) + 2 * 4096, "{little} bytes");
+    assert!(much > 4 * little, "{little} {much}");
+}
+
+#[test]
+fn a_shader_that_panics_ends_the_render_and_is_named() {
+    let lamps = |n: usize| {
+        let mut stage = plain();
+        let mut emitter = black_emitter(2.0);
+        emitter.path = "/Looks/Lamp".into();
+        stage.materials.push(emitter);
+        let corners: Vec<[f32; 3]> = (0..n)
+            .map(|i| std::f32::consts::TAU * i as f32 / n as f32)
+            .map(|angle| [angle.cos(), 1.5 + angle.sin(), -1.0])
+            .collect();
+        stage.meshes.push(Mesh::polygon(&corners).with_material(2));
+        stage.prepare(&settings())
+    };
+    // Emission of triangles that are not among the lights: no sound scene is like that.
+    let into_inner = |prepared| Arc::into_inner(prepared).expect("nobody else has it");
+    let broken: PreparedScene = PreparedScene {
+        lights: into_inner(lamps(3)).lights,
+        ..into_inner(lamps(64))
+    };
+    let broken = Arc::new(broken);
+    for shading in [Shading::Inline, Shading::Queued, Shading::Bytes] {
+        let settings = RenderSettings {
+            shading,
+            threads: 3,
+            ..settings()
+        };
+        let job = RenderJob::start(Arc::clone(&broken), settings).unwrap();
+        match job.finish().map(|_| ()) {
+            Err(RenderError::ShaderPanicked { material, .. }) => {
+                assert_eq!(material, "/Looks/Lamp", "{shading:?}");
+            }
+            other => panic!("{shading:?}: {other:?}"),
+        }
+    }
+}
+
 #[test]
 fn skipping_what_is_not_needed_does_not_change_a_bit() {
     let mut dark = plain();
@@ -216,11 +324,19 @@ fn endless() -> RenderSettings {
 
 #[test]
 fn a_time_limit_returns_what_there_is() {
-    let prepared = everything().prepare(&endless());
-    let settings = RenderSettings {
-        time_limit_secs: Some(1.0),
-        ..endless()
-    };
+    for shading in [Shading::Inline, Shading::Queued] {
+        check_time_limit(RenderSettings {
+            shading,
+            time_limit_secs: Some(1.0),
+            // So few pixels that the first pass ends in time.
+            resolution: [64, 64],
+            ..endless()
+        });
+    }
+}
+
+fn check_time_limit(settings: RenderSettings) {
+    let prepared = everything().prepare(&settings);
     let start = Instant::now();
     let picture = Picture::render(&prepared, settings);
     let took = start.elapsed().as_secs_f64();
@@ -234,8 +350,17 @@ fn a_time_limit_returns_what_there_is() {
 
 #[test]
 fn cancelling_stops_soon() {
-    let prepared = everything().prepare(&endless());
-    let job = RenderJob::start(Arc::clone(&prepared), endless()).unwrap();
+    for shading in [Shading::Inline, Shading::Queued, Shading::Bytes] {
+        check_cancelling(RenderSettings {
+            shading,
+            ..endless()
+        });
+    }
+}
+
+fn check_cancelling(settings: RenderSettings) {
+    let prepared = everything().prepare(&settings);
+    let job = RenderJob::start(Arc::clone(&prepared), settings).unwrap();
     assert!(!job.wait(Duration::from_millis(200)));
     let start = Instant::now();
     job.cancel();

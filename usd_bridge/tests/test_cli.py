@@ -78,7 +78,7 @@ def test_flags_reach_the_engine(engine, stage, tmp_path, capsys):
     out, stats_file = tmp_path / "a.exr", tmp_path / "a.json"
     flags = ["-r", "40", "20", "-p", "9", "--max-depth", "3", "--seed", "5", "--filter", "box"]
     flags += ["-j", "2", "--aov", "depth", "albedo", "--complexity", "high", "-f", "12"]
-    flags += ["--timelimit", "1000"]
+    flags += ["--timelimit", "1000", "--shading", "queued", "--shade-memory", "8"]
     assert cli.main(["render", stage, "-o", str(out), "--stats", str(stats_file), *flags]) == 0
     settings = engine.settings[0]
     assert settings["resolution"] == [40, 20]
@@ -88,6 +88,8 @@ def test_flags_reach_the_engine(engine, stage, tmp_path, capsys):
     assert settings["filter"] == "box"
     assert settings["threads"] == 2
     assert settings["aovs"] == ["Z", "albedo"]
+    assert settings["shading"] == "queued"
+    assert settings["shade_memory_bytes"] == 8 << 20
     assert settings["time_limit_secs"] == pytest.approx(1000 - process_age(), abs=10)
     assert settings.keys() == render.DEFAULTS.keys()
     assert engine.options["max_subdivision_level"] == 2

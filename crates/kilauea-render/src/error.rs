@@ -27,6 +27,14 @@ pub enum RenderError {
         /// What would be right.
         reason: &'static str,
     },
+    /// A shader died of a bug.
+    #[error("internal error in the shader of {material}: {message}")]
+    ShaderPanicked {
+        /// Path of the material.
+        material: String,
+        /// The message of the panic.
+        message: String,
+    },
     /// An engine thread died of a bug.
     #[error("internal error while rendering: {0}")]
     Panic(String),

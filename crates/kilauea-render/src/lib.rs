@@ -5,12 +5,15 @@
 #![forbid(unsafe_code)]
 
 mod camera;
+mod check;
 mod error;
+mod frame;
 mod geometry;
 mod integrator;
 mod job;
 mod light;
 mod needs;
+mod passes;
 mod prepared;
 mod sampler;
 mod stats;

@@ -92,7 +92,7 @@ pub struct Memory {
     pub film: u64,
     /// Photon maps.
     pub photons: u64,
-    /// Shades waiting for answers.
+    /// Shades waiting for answers, at their highest: the sum of each thread's own peak.
     pub shades_in_flight_peak: u64,
     /// Texture tiles, at their highest.
     pub texture_tiles_peak: u64,

@@ -28,6 +28,10 @@ pub struct RenderSettings {
     pub aovs: Vec<String>,
     /// Bytes of texture tiles kept in memory.
     pub texture_memory_bytes: u64,
+    /// How questions of shades are answered.
+    pub shading: Shading,
+    /// Bytes that shades waiting for answers may take, where they wait.
+    pub shade_memory_bytes: u64,
     /// Which unused work is skipped; false runs the general code (tests, benchmarks).
     pub specialize: bool,
 }
@@ -47,6 +51,8 @@ impl Default for RenderSettings {
             time_limit_secs: None,
             aovs: Vec::new(),
             texture_memory_bytes: 1 << 30,
+            shading: Shading::Inline,
+            shade_memory_bytes: 64 << 20,
             specialize: true,
         }
     }
@@ -74,4 +80,16 @@ pub enum FilterKind {
     /// Blackman-Harris; radius 1.5 by default, which is what Cycles makes of its default filter
     /// width of 1.5.
     BlackmanHarris,
+}
+
+/// How the questions of shades are answered. The image is the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shading {
+    /// Within the call.
+    Inline,
+    /// In batches by other threads, while the shade waits.
+    Queued,
+    /// Like `Queued`, and nothing but bytes crosses between the threads.
+    Bytes,
 }

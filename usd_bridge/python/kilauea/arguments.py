@@ -119,6 +119,7 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("--workers", type=int, metavar="N", help="processes")
     add("--cluster", metavar="ADDRESS")
     add("--shading", choices=("inline", "queued", "bytes"), help="how questions are answered")
+    add("--shade-memory", type=_positive, metavar="MIB", help="64 by default; where shades wait")
     add("--stats", metavar="OUT.json", help="what the render did and took")
     add("--filter", choices=("box", "gaussian", "blackman-harris"))
     add("--filter-radius", type=float, metavar="PIXELS")

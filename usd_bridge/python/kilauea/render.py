@@ -29,6 +29,8 @@ DEFAULTS: dict[str, Any] = {
     "time_limit_secs": None,
     "aovs": [],
     "texture_memory_bytes": 1 << 30,
+    "shading": "inline",
+    "shade_memory_bytes": 64 << 20,
     "specialize": True,
 }
 """As in `kilauea_scene::RenderSettings`."""

@@ -114,6 +114,7 @@ def engine_settings(args: argparse.Namespace) -> dict[str, Any]:
         "filter": args.filter,
         "filter_radius": args.filter_radius,
         "threads": args.threads,
+        "shading": args.shading,
     }
     if args.threads < 0:
         settings["threads"] = max(1, (os.cpu_count() or 1) + args.threads)
@@ -121,6 +122,8 @@ def engine_settings(args: argparse.Namespace) -> dict[str, Any]:
         settings["seed"] = args.seed % 2**32
     if args.texture_memory is not None:
         settings["texture_memory_bytes"] = args.texture_memory << 20
+    if args.shade_memory is not None:
+        settings["shade_memory_bytes"] = args.shade_memory << 20
     if args.aov:
         settings["aovs"] = [_aov(name) for names in args.aov for name in names.split(",")]
     return {key: value for key, value in settings.items() if value is not None}

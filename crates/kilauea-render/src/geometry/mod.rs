@@ -125,6 +125,11 @@ impl Geometry {
         &self.shaders[self.chunk(at).material() as usize]
     }
 
+    /// Path of a primitive's material.
+    pub fn material_path(&self, at: PrimitiveRef) -> &str {
+        &self.scene.materials[self.chunk(at).material() as usize].path
+    }
+
     /// Corner points of a triangle in engine space, in the chunk's winding, as the shutter opens.
     #[inline]
     pub fn corners(&self, at: PrimitiveRef) -> [Vec3; 3] {

@@ -4,19 +4,23 @@
 use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_bsdf::SeenBsdf;
 use kilauea_film::PixelSample;
-use kilauea_math::hash::{combine, unit_f32};
+use kilauea_math::hash::unit_f32;
 use kilauea_math::{Spectrum, Vec2};
+use kilauea_spot::{Context, Program};
 use kilauea_texture::TextureStore;
 
+use super::blame::Blame;
+use super::question::{Answer, Question};
+use super::throughput::Throughput;
 use crate::camera::{CameraRay, RayGenerator};
 use crate::geometry::{Geometry, Interaction, View};
 use crate::light::{Emitted, Lights, Receiver};
 use crate::needs::SceneNeeds;
 use crate::sampler::{Purpose, Sampler};
 
-/// The path integrator.
+/// The path integrator. `CUTOUTS` as in [`super::RayTracer`], which it asks.
 #[derive(Clone, Copy)]
-pub(crate) struct PathIntegrator<'a> {
+pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool> {
     /// Surfaces.
     pub geometry: &'a Geometry,
     /// Lights.
@@ -29,6 +33,8 @@ pub(crate) struct PathIntegrator<'a> {
     pub samples_per_pixel: u32,
     /// What the scene uses; the rest is skipped.
     pub needs: SceneNeeds,
+    /// Where a shader that panics leaves its name.
+    pub blame: &'a Blame,
 }
 
 /// Rays traced, by purpose.
@@ -44,24 +50,49 @@ pub struct RayCounts {
     pub invalid: u64,
 }
 
+impl RayCounts {
+    /// Adds the rays of others.
+    pub(crate) fn add(&mut self, other: Self) {
+        self.camera += other.camera;
+        self.shadow += other.shadow;
+        self.indirect += other.indirect;
+        self.invalid += other.invalid;
+    }
+}
+
+/// A path on its way: the ray that is being traced, and what it knows of those before.
+#[derive(Clone, Copy)]
+struct Path {
+    ray: Ray,
+    cone: RayCone,
+    /// The vertex that the ray left; none of the camera's ray.
+    departure: Option<Departure>,
+    throughput: Throughput,
+}
+
+/// What was asked at a vertex. `R` is an answer on its way.
+struct Vertex<R> {
+    direct: Option<Direct<R>>,
+    /// What the path hits next; none where it ends.
+    next: Option<R>,
+}
+
+/// Light of one light at a vertex, if nothing occludes it.
+struct Direct<R> {
+    occluded: R,
+    /// Whether the ray to the light could be traced.
+    is_valid: bool,
+    radiance: Spectrum,
+    /// Weights of the scattering toward the camera.
+    diffuse: Spectrum,
+    specular: Spectrum,
+}
+
 /// Width of the bundle that a ray stands for: a sample's share of a pixel, spread by rough bounces.
 #[derive(Clone, Copy)]
 struct RayCone {
     width: f32,
     spread: f32,
-}
-
-/// Throughput, split at the first vertex so that each layer gets its share.
-#[derive(Clone, Copy)]
-struct Throughput {
-    /// Weights of the first scattering event.
-    first_diffuse: Spectrum,
-    first_specular: Spectrum,
-    /// Product of all later events but the last.
-    between: Spectrum,
-    /// Weights of the last event.
-    last_diffuse: Spectrum,
-    last_specular: Spectrum,
 }
 
 /// The vertex that a ray left, as far as multiple importance sampling needs it.
@@ -83,140 +114,70 @@ const MIN_PIXEL_FOOTPRINT: f32 = 0.125;
 /// blurred without harm, and then fewer of their tiles are read.
 const ROUGH_SPREAD: f32 = 0.1;
 
-impl PathIntegrator<'_> {
+impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
     /// Radiance along a camera ray, and what the first surface there is like.
     ///
-    /// `CUTOUTS` is whether any surface lets rays pass: the general loop with `CUTOUTS` and the
-    /// special one without give the same image where none does.
-    pub(crate) fn trace<const CUTOUTS: bool>(
+    /// What rays meet is asked of `cx`; all else is done here.
+    #[inline]
+    pub(crate) async fn trace<P, C>(
         &self,
         camera_ray: &CameraRay,
         camera: &RayGenerator,
         sampler: &Sampler<'_>,
         counts: &mut RayCounts,
-    ) -> PixelSample {
+        cx: &C,
+    ) -> PixelSample
+    where
+        P: Program<Question = Question, Answer = Answer>,
+        C: Context<P>,
+    {
         let mut out = PixelSample::default();
-        let mut ray = camera_ray.ray;
-        let mut cone = RayCone::of_camera_ray(camera, self.samples_per_pixel);
-        let mut departure: Option<Departure> = None;
-        let mut throughput = Throughput::start();
+        let mut path = Path {
+            ray: camera_ray.ray,
+            cone: RayCone::of_camera_ray(camera, self.samples_per_pixel),
+            departure: None,
+            throughput: Throughput::start(),
+        };
         counts.camera += 1;
+        let mut closest = cx.ask(closest::<CUTOUTS>(&path.ray, sampler, 0));
 
         for depth in 0..=self.max_depth {
-            let hit = self.closest::<CUTOUTS>(&ray, sampler, depth);
+            let hit = closest.await.hit();
             // Only what hits nothing can be invalid, so that the others need no look.
             if hit.is_none() {
-                counts.invalid += u64::from(!ray.is_valid());
+                counts.invalid += u64::from(!path.ray.is_valid());
             }
-
-            // Add what lights emit along the ray.
-            let t_end = hit.map_or(ray.t_max, |h| h.t);
-            let receiver = departure.filter(|d| !d.is_delta).map(|d| d.receiver);
-            let mut add = |emitted: Emitted| {
-                add_emitted(&mut out, &throughput, depth, departure.as_ref(), &emitted);
-            };
-            if self.needs.area_lights {
-                let segment = Ray {
-                    t_max: t_end,
-                    ..ray
-                };
-                self.lights
-                    .for_each_area_hit(&segment, receiver, self.textures, &mut add);
-            }
+            let t_end = hit.map_or(path.ray.t_max, |h| h.t);
+            self.add_area_lights(&mut out, &path, depth, t_end);
             let Some(hit) = hit else {
-                if self.needs.infinite_lights {
-                    self.lights
-                        .for_each_infinite(ray.dir, receiver, self.textures, &mut add);
-                }
+                self.add_infinite_lights(&mut out, &path, depth);
                 break;
             };
-            cone.width += cone.spread * hit.t;
-            let interaction = self.interaction(&hit, &ray, cone.width);
-            if self.needs.mesh_lights
-                && let Some(emitted) = self
-                    .lights
-                    .emitted_by_surface(&interaction, hit.t, receiver)
+            if depth == 0 {
+                out.z = hit.t / camera_ray.distance_per_depth;
+            }
+            // Ask for all that this vertex leads to ...
+            let vertex = self.shade(&mut out, &mut path, depth, &hit, sampler, cx);
+            if let Some(direct) = &vertex.direct {
+                counts.shadow += 1;
+                counts.invalid += u64::from(!direct.is_valid);
+            }
+            counts.indirect += u64::from(vertex.next.is_some());
+            // ... and only then wait.
+            if let Some(direct) = vertex.direct
+                && !direct.occluded.await.is_occluded()
             {
-                add(emitted);
+                let Direct {
+                    radiance,
+                    diffuse,
+                    specular,
+                    ..
+                } = direct;
+                path.throughput
+                    .add(&mut out, depth + 1, radiance, diffuse, specular);
             }
-            if depth == 0 {
-                self.describe_surface(
-                    &mut out,
-                    &interaction,
-                    hit.t / camera_ray.distance_per_depth,
-                );
-            }
-            if depth == self.max_depth {
-                break;
-            }
-
-            let surface = &interaction.surface;
-            let bsdf = interaction.shader.bsdf(surface);
-            let has_smooth_lobes = bsdf.has_smooth_lobes();
-            let bsdf = bsdf.seen_from(surface.wo);
-            if depth == 0 {
-                out.albedo = bsdf.albedo();
-            }
-            throughput.advance(depth);
-            let receiver = Receiver {
-                p: surface.p,
-                n: if surface.ns.dot(surface.wo) < 0.0 {
-                    -surface.ns
-                } else {
-                    surface.ns
-                },
-            };
-
-            // Estimate direct light by choosing a light.
-            if self.needs.lights && has_smooth_lobes {
-                self.add_direct::<CUTOUTS>(
-                    &mut out,
-                    &throughput,
-                    depth,
-                    &interaction,
-                    &bsdf,
-                    receiver,
-                    sampler,
-                    counts,
-                );
-            }
-
-            // Choose where the path goes on.
-            let u_lobe = if bsdf.has_one_lobe() {
-                0.5
-            } else {
-                sampler.pair(Purpose::Choice(depth)).y
-            };
-            let u_direction = sampler.pair(Purpose::Direction(depth));
-            let u = [u_lobe, u_direction.x, u_direction.y];
-            let Some(sample) = bsdf.sample(u) else {
-                break;
-            };
-            throughput.scatter(depth, sample.diffuse, sample.specular);
-            departure = Some(Departure {
-                receiver,
-                pdf: sample.pdf,
-                is_delta: sample.is_delta,
-            });
-            if !sample.is_delta {
-                cone.spread = cone.spread.max(ROUGH_SPREAD * sample.roughness);
-            }
-
-            // End dim paths by chance.
-            if depth + 1 >= MIN_ROULETTE_DEPTH {
-                let survival = throughput.total(depth).max_channel();
-                if survival < 1.0 {
-                    let survival = survival.max(0.05);
-                    if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
-                        break;
-                    }
-                    throughput.scale_last(depth, 1.0 / survival);
-                }
-            } else if throughput.total(depth).is_black() {
-                break;
-            }
-            ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
-            counts.indirect += 1;
+            let Some(next) = vertex.next else { break };
+            closest = next;
         }
         out.beauty = out.emission
             + out.direct_diffuse
@@ -226,18 +187,109 @@ impl PathIntegrator<'_> {
         out
     }
 
-    /// Next-event estimation at a vertex.
-    fn add_direct<const CUTOUTS: bool>(
+    /// Adds the light of lamps that the ray meets before `t_end`.
+    #[inline]
+    fn add_area_lights(&self, out: &mut PixelSample, path: &Path, depth: u32, t_end: f32) {
+        if !self.needs.area_lights {
+            return;
+        }
+        let segment = Ray {
+            t_max: t_end,
+            ..path.ray
+        };
+        self.lights
+            .for_each_area_hit(&segment, path.receiver(), self.textures, |emitted| {
+                path.add_emitted(out, depth, &emitted);
+            });
+    }
+
+    /// Adds the light of what surrounds the scene.
+    #[inline]
+    fn add_infinite_lights(&self, out: &mut PixelSample, path: &Path, depth: u32) {
+        if !self.needs.infinite_lights {
+            return;
+        }
+        self.lights
+            .for_each_infinite(path.ray.dir, path.receiver(), self.textures, |emitted| {
+                path.add_emitted(out, depth, &emitted);
+            });
+    }
+
+    /// Adds what the surface that was hit emits, and asks what its light and the rest of the path
+    /// depend on. Moves `path` on.
+    #[inline]
+    fn shade<P, C>(
         &self,
         out: &mut PixelSample,
-        throughput: &Throughput,
+        path: &mut Path,
+        depth: u32,
+        hit: &Hit,
+        sampler: &Sampler<'_>,
+        cx: &C,
+    ) -> Vertex<C::Reply>
+    where
+        P: Program<Question = Question, Answer = Answer>,
+        C: Context<P>,
+    {
+        path.cone.width += path.cone.spread * hit.t;
+        let interaction = self.interaction(hit, &path.ray, path.cone.width);
+        let shading = self.blame.shading(self.geometry, interaction.at);
+        if self.needs.mesh_lights
+            && let Some(emitted) =
+                self.lights
+                    .emitted_by_surface(&interaction, hit.t, path.receiver())
+        {
+            path.add_emitted(out, depth, &emitted);
+        }
+        if depth == 0 {
+            self.describe_surface(out, &interaction);
+        }
+        if depth == self.max_depth {
+            return Vertex::END;
+        }
+
+        let surface = &interaction.surface;
+        let bsdf = interaction.shader.bsdf(surface);
+        drop(shading);
+        let has_smooth_lobes = bsdf.has_smooth_lobes();
+        let bsdf = bsdf.seen_from(surface.wo);
+        if depth == 0 {
+            out.albedo = bsdf.albedo();
+        }
+        path.throughput.advance(depth);
+        let receiver = Receiver {
+            p: surface.p,
+            n: if surface.ns.dot(surface.wo) < 0.0 {
+                -surface.ns
+            } else {
+                surface.ns
+            },
+        };
+        let direct = if self.needs.lights && has_smooth_lobes {
+            self.direct(depth, &interaction, &bsdf, receiver, sampler, cx)
+        } else {
+            None
+        };
+        let is_alive = self.scatter(path, depth, &interaction, &bsdf, receiver, sampler);
+        let next = is_alive.then(|| cx.ask(closest::<CUTOUTS>(&path.ray, sampler, depth + 1)));
+        Vertex { direct, next }
+    }
+
+    /// Estimates direct light by choosing a light (next-event estimation).
+    #[inline]
+    fn direct<P, C>(
+        &self,
         depth: u32,
         interaction: &Interaction<'_>,
         bsdf: &SeenBsdf<'_>,
         receiver: Receiver,
         sampler: &Sampler<'_>,
-        counts: &mut RayCounts,
-    ) {
+        cx: &C,
+    ) -> Option<Direct<C::Reply>>
+    where
+        P: Program<Question = Question, Answer = Answer>,
+        C: Context<P>,
+    {
         // A single light needs no choice.
         let u_choice = if self.lights.len() > 1 {
             sampler.pair(Purpose::Choice(depth)).x
@@ -245,15 +297,14 @@ impl PathIntegrator<'_> {
             0.5
         };
         let u_light = sampler.pair(Purpose::Light(depth));
-        let chosen = self
-            .lights
-            .sample(receiver, u_choice, u_light, self.geometry, self.textures);
-        let Some(light) = chosen else { return };
+        let light =
+            self.lights
+                .sample(receiver, u_choice, u_light, self.geometry, self.textures)?;
         let sample = &light.sample;
         let eval = bsdf.eval(sample.wi);
         let (diffuse, specular) = (eval.diffuse * light.diffuse, eval.specular * light.specular);
         if diffuse.is_black() && specular.is_black() {
-            return;
+            return None;
         }
         let shadow_ray = if sample.distance == f32::INFINITY {
             interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::SHADOW)
@@ -266,26 +317,74 @@ impl PathIntegrator<'_> {
                 ..ray
             }
         };
-        counts.shadow += 1;
-        if self.occluded::<CUTOUTS>(&shadow_ray, sampler, depth) {
-            return;
-        }
-        counts.invalid += u64::from(!shadow_ray.is_valid());
         let weight = if sample.is_delta {
             1.0
         } else {
             power_heuristic(sample.pdf, eval.pdf)
         };
-        let radiance = sample.radiance * (weight / sample.pdf);
-        throughput.add(out, depth + 1, radiance, diffuse, specular);
+        Some(Direct {
+            occluded: cx.ask(occluded::<CUTOUTS>(&shadow_ray, sampler, depth)),
+            is_valid: shadow_ray.is_valid(),
+            radiance: sample.radiance * (weight / sample.pdf),
+            diffuse,
+            specular,
+        })
     }
 
-    fn describe_surface(&self, out: &mut PixelSample, interaction: &Interaction<'_>, z: f32) {
+    /// Chooses where the path goes on; false where it ends.
+    #[inline]
+    fn scatter(
+        &self,
+        path: &mut Path,
+        depth: u32,
+        interaction: &Interaction<'_>,
+        bsdf: &SeenBsdf<'_>,
+        receiver: Receiver,
+        sampler: &Sampler<'_>,
+    ) -> bool {
+        let u_lobe = if bsdf.has_one_lobe() {
+            0.5
+        } else {
+            sampler.pair(Purpose::Choice(depth)).y
+        };
+        let u_direction = sampler.pair(Purpose::Direction(depth));
+        let u = [u_lobe, u_direction.x, u_direction.y];
+        let Some(sample) = bsdf.sample(u) else {
+            return false;
+        };
+        let throughput = &mut path.throughput;
+        throughput.scatter(depth, sample.diffuse, sample.specular);
+        path.departure = Some(Departure {
+            receiver,
+            pdf: sample.pdf,
+            is_delta: sample.is_delta,
+        });
+        if !sample.is_delta {
+            path.cone.spread = path.cone.spread.max(ROUGH_SPREAD * sample.roughness);
+        }
+
+        // End dim paths by chance.
+        if depth + 1 >= MIN_ROULETTE_DEPTH {
+            let survival = throughput.total(depth).max_channel();
+            if survival < 1.0 {
+                let survival = survival.max(0.05);
+                if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
+                    return false;
+                }
+                throughput.scale_last(depth, 1.0 / survival);
+            }
+        } else if throughput.total(depth).is_black() {
+            return false;
+        }
+        path.ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
+        true
+    }
+
+    fn describe_surface(&self, out: &mut PixelSample, interaction: &Interaction<'_>) {
         let (prim_id, instance_id) = self.geometry.ids(interaction.at);
         out.alpha = 1.0;
         out.n = interaction.surface.ns;
         out.p = interaction.surface.p;
-        out.z = z;
         out.prim_id = prim_id;
         out.instance_id = instance_id;
     }
@@ -302,55 +401,67 @@ impl PathIntegrator<'_> {
         };
         self.geometry.interaction(at, &view, self.textures)
     }
+}
 
-    #[inline]
-    fn closest<const CUTOUTS: bool>(
-        &self,
-        ray: &Ray,
-        sampler: &Sampler<'_>,
-        depth: u32,
-    ) -> Option<Hit> {
-        let accel = self.geometry.accel();
-        if CUTOUTS {
-            let key = sampler.key(2 * depth);
-            accel.intersect_filtered(ray, |hit| self.is_present(hit, ray, key))
+/// Asks what a ray hits first that reaches the vertex after `depth` events.
+#[inline]
+fn closest<const CUTOUTS: bool>(ray: &Ray, sampler: &Sampler<'_>, depth: u32) -> Question {
+    Question::Closest {
+        ray: *ray,
+        key: if CUTOUTS { sampler.key(2 * depth) } else { 0 },
+    }
+}
+
+/// Asks whether anything is between the vertex after `depth` events and a light.
+#[inline]
+fn occluded<const CUTOUTS: bool>(ray: &Ray, sampler: &Sampler<'_>, depth: u32) -> Question {
+    Question::Occluded {
+        ray: *ray,
+        key: if CUTOUTS {
+            sampler.key(2 * depth + 1)
         } else {
-            accel.intersect(ray)
-        }
+            0
+        },
+    }
+}
+
+impl Path {
+    /// Where light sampling could have found what the ray meets.
+    #[inline]
+    fn receiver(&self) -> Option<Receiver> {
+        self.departure.filter(|d| !d.is_delta).map(|d| d.receiver)
     }
 
+    /// Adds emission met by the ray, which left its vertex after `depth` events.
     #[inline]
-    fn occluded<const CUTOUTS: bool>(&self, ray: &Ray, sampler: &Sampler<'_>, depth: u32) -> bool {
-        let accel = self.geometry.accel();
-        if CUTOUTS {
-            let key = sampler.key(2 * depth + 1);
-            accel.occluded_filtered(ray, |hit| self.is_present(hit, ray, key))
-        } else {
-            accel.occluded(ray)
-        }
-    }
-
-    /// Whether a surface stops a ray. Partial presence is decided by a number that depends on the
-    /// ray and the primitive alone, so it does not matter in which order a tree offers candidates,
-    /// or whether twice.
-    fn is_present(&self, hit: &Hit, ray: &Ray, key: u32) -> bool {
-        let at = self.geometry.locate(hit);
-        let shader = self.geometry.shader(at);
-        if shader.is_opaque() {
-            return true;
-        }
-        let view = View {
-            uv: Vec2::new(hit.u, hit.v),
-            p_ray: ray.at(hit.t),
-            wo: -ray.dir.normalize(),
-            time: ray.time,
-            footprint: 0.0,
+    fn add_emitted(&self, out: &mut PixelSample, depth: u32, emitted: &Emitted) {
+        let Some(departure) = self.departure else {
+            if emitted.visible_to_camera {
+                out.emission += emitted.radiance;
+            }
+            return;
         };
-        let interaction = self.geometry.interaction(at, &view, self.textures);
-        let opacity = shader.opacity(&interaction.surface);
-        let primitive_key = combine(hit.primitive, hit.instance);
-        opacity >= 1.0 || unit_f32(combine(key, primitive_key)) < opacity
+        let weight = if departure.is_delta {
+            1.0
+        } else {
+            power_heuristic(departure.pdf, emitted.pdf)
+        };
+        let throughput = &self.throughput;
+        throughput.add(
+            out,
+            depth,
+            emitted.radiance * weight,
+            throughput.last_diffuse * emitted.diffuse,
+            throughput.last_specular * emitted.specular,
+        );
     }
+}
+
+impl<R> Vertex<R> {
+    const END: Self = Self {
+        direct: None,
+        next: None,
+    };
 }
 
 impl RayCone {
@@ -364,100 +475,6 @@ impl RayCone {
             spread: pixels * (camera.pixel_width(1.0) - camera.pixel_width(0.0)),
         }
     }
-}
-
-impl Throughput {
-    fn start() -> Self {
-        Self {
-            first_diffuse: Spectrum::ONE,
-            first_specular: Spectrum::ONE,
-            between: Spectrum::ONE,
-            last_diffuse: Spectrum::ONE,
-            last_specular: Spectrum::BLACK,
-        }
-    }
-
-    /// Arrives at the vertex after `depth` events: the last one becomes one of those between.
-    fn advance(&mut self, depth: u32) {
-        if depth >= 2 {
-            self.between *= self.last_diffuse + self.last_specular;
-        }
-    }
-
-    /// Scatters at the vertex after `depth` events.
-    fn scatter(&mut self, depth: u32, diffuse: Spectrum, specular: Spectrum) {
-        if depth == 0 {
-            (self.first_diffuse, self.first_specular) = (diffuse, specular);
-        }
-        (self.last_diffuse, self.last_specular) = (diffuse, specular);
-    }
-
-    /// Product of all events up to the one at the vertex after `depth` events.
-    fn total(&self, depth: u32) -> Spectrum {
-        let last = self.last_diffuse + self.last_specular;
-        if depth == 0 {
-            last
-        } else {
-            (self.first_diffuse + self.first_specular) * self.between * last
-        }
-    }
-
-    fn scale_last(&mut self, depth: u32, factor: f32) {
-        self.last_diffuse *= factor;
-        self.last_specular *= factor;
-        if depth == 0 {
-            self.first_diffuse *= factor;
-            self.first_specular *= factor;
-        }
-    }
-
-    /// Adds light that arrives after `n_events` events, of which the last has the given weights.
-    #[inline]
-    fn add(
-        &self,
-        out: &mut PixelSample,
-        n_events: u32,
-        radiance: Spectrum,
-        last_diffuse: Spectrum,
-        last_specular: Spectrum,
-    ) {
-        if n_events == 1 {
-            out.direct_diffuse += radiance * last_diffuse;
-            out.direct_specular += radiance * last_specular;
-        } else {
-            let radiance = radiance * self.between * (last_diffuse + last_specular);
-            out.indirect_diffuse += radiance * self.first_diffuse;
-            out.indirect_specular += radiance * self.first_specular;
-        }
-    }
-}
-
-/// Adds emission met by a ray that left the vertex `departure` after `depth` events.
-fn add_emitted(
-    out: &mut PixelSample,
-    throughput: &Throughput,
-    depth: u32,
-    departure: Option<&Departure>,
-    emitted: &Emitted,
-) {
-    let Some(departure) = departure else {
-        if emitted.visible_to_camera {
-            out.emission += emitted.radiance;
-        }
-        return;
-    };
-    let weight = if departure.is_delta {
-        1.0
-    } else {
-        power_heuristic(departure.pdf, emitted.pdf)
-    };
-    throughput.add(
-        out,
-        depth,
-        emitted.radiance * weight,
-        throughput.last_diffuse * emitted.diffuse,
-        throughput.last_specular * emitted.specular,
-    );
 }
 
 /// Veach's power heuristic with exponent two, for one sample of each strategy.

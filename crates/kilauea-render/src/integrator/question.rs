@@ -1,0 +1,164 @@
+//! What a path asks of whoever holds the geometry, and what it gets back.
+
+use kilauea_accel::{Hit, Ray, Visibility};
+use kilauea_math::Vec3;
+use kilauea_spot::{Wire, WireError};
+
+/// A ray. `key` decides at surfaces that let some rays pass; 0 where there are none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Question {
+    /// What does it hit first?
+    Closest { ray: Ray, key: u32 },
+    /// Does it hit anything?
+    Occluded { ray: Ray, key: u32 },
+}
+
+/// The answer to a [`Question`] of the same kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Answer {
+    Closest(Option<Hit>),
+    Occluded(bool),
+}
+
+impl Answer {
+    /// What was hit first.
+    ///
+    /// # Panics
+    /// If another question was answered.
+    #[inline]
+    pub(super) fn hit(self) -> Option<Hit> {
+        match self {
+            Self::Closest(hit) => hit,
+            Self::Occluded(_) => panic!("asked for a hit, told of an occlusion"),
+        }
+    }
+
+    /// Whether anything was hit.
+    ///
+    /// # Panics
+    /// If another question was answered.
+    #[inline]
+    pub(super) fn is_occluded(self) -> bool {
+        match self {
+            Self::Occluded(is_occluded) => is_occluded,
+            Self::Closest(_) => panic!("asked for an occlusion, told of a hit"),
+        }
+    }
+}
+
+const CLOSEST: u8 = 0;
+const OCCLUDED: u8 = 1;
+
+impl Wire for Question {
+    fn encode(&self, bytes: &mut Vec<u8>) {
+        let (kind, ray, key) = match self {
+            Self::Closest { ray, key } => (CLOSEST, ray, key),
+            Self::Occluded { ray, key } => (OCCLUDED, ray, key),
+        };
+        kind.encode(bytes);
+        ray.origin.to_array().encode(bytes);
+        ray.dir.to_array().encode(bytes);
+        [ray.t_min, ray.t_max, ray.time].encode(bytes);
+        ray.visibility.0.encode(bytes);
+        key.encode(bytes);
+    }
+
+    fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
+        let kind = u8::decode(bytes)?;
+        let origin = Vec3::from_array(Wire::decode(bytes)?);
+        let dir = Vec3::from_array(Wire::decode(bytes)?);
+        let [t_min, t_max, time] = Wire::decode(bytes)?;
+        let ray = Ray {
+            origin,
+            dir,
+            t_min,
+            t_max,
+            time,
+            visibility: Visibility(u8::decode(bytes)?),
+        };
+        let key = u32::decode(bytes)?;
+        match kind {
+            CLOSEST => Ok(Self::Closest { ray, key }),
+            OCCLUDED => Ok(Self::Occluded { ray, key }),
+            other => Err(WireError::Variant(other)),
+        }
+    }
+}
+
+impl Wire for Answer {
+    fn encode(&self, bytes: &mut Vec<u8>) {
+        match self {
+            Self::Closest(hit) => {
+                CLOSEST.encode(bytes);
+                hit.is_some().encode(bytes);
+                if let Some(hit) = hit {
+                    [hit.t, hit.u, hit.v].encode(bytes);
+                    hit.primitive.encode(bytes);
+                    hit.instance.encode(bytes);
+                }
+            }
+            Self::Occluded(is_occluded) => {
+                OCCLUDED.encode(bytes);
+                is_occluded.encode(bytes);
+            }
+        }
+    }
+
+    fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
+        match u8::decode(bytes)? {
+            CLOSEST if bool::decode(bytes)? => {
+                let [t, u, v] = Wire::decode(bytes)?;
+                let (primitive, instance) = (u32::decode(bytes)?, u32::decode(bytes)?);
+                Ok(Self::Closest(Some(Hit {
+                    t,
+                    u,
+                    v,
+                    primitive,
+                    instance,
+                })))
+            }
+            CLOSEST => Ok(Self::Closest(None)),
+            OCCLUDED => Ok(Self::Occluded(bool::decode(bytes)?)),
+            other => Err(WireError::Variant(other)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn check<T: Wire + PartialEq + std::fmt::Debug>(value: T) {
+        let mut bytes = Vec::new();
+        value.encode(&mut bytes);
+        let mut rest = bytes.as_slice();
+        assert_eq!(T::decode(&mut rest), Ok(value));
+        assert!(rest.is_empty());
+        for end in 0..bytes.len() {
+            assert_eq!(T::decode(&mut &bytes[..end]), Err(WireError::Short));
+        }
+        bytes[0] = 9;
+        assert_eq!(T::decode(&mut bytes.as_slice()), Err(WireError::Variant(9)));
+    }
+
+    #[test]
+    fn questions_and_answers_survive_as_bytes() {
+        let ray = Ray {
+            t_max: f32::INFINITY,
+            time: 0.25,
+            visibility: Visibility::SHADOW,
+            ..Ray::new(Vec3::new(1.0, -0.0, 3.0), Vec3::new(0.0, 1e-40, -2.0))
+        };
+        check(Question::Closest { ray, key: 7 });
+        check(Question::Occluded { ray, key: u32::MAX });
+        check(Answer::Closest(None));
+        check(Answer::Closest(Some(Hit {
+            t: 1.5,
+            u: 0.25,
+            v: 0.5,
+            primitive: 3,
+            instance: 4,
+        })));
+        check(Answer::Occluded(true));
+    }
+}

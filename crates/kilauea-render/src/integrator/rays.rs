@@ -1,0 +1,84 @@
+//! Answers what paths ask, where the geometry is.
+
+use kilauea_accel::{Hit, Ray};
+use kilauea_math::Vec2;
+use kilauea_math::hash::{combine, unit_f32};
+use kilauea_spot::{Answerer, Program};
+use kilauea_texture::TextureStore;
+
+use super::blame::Blame;
+use super::question::{Answer, Question};
+use crate::geometry::{Geometry, View};
+
+/// Traces rays.
+///
+/// `CUTOUTS` is whether any surface lets rays pass: the general code with `CUTOUTS` and the
+/// special one without give the same answers where none does.
+#[derive(Clone, Copy)]
+pub(crate) struct RayTracer<'a, const CUTOUTS: bool> {
+    /// Surfaces.
+    pub geometry: &'a Geometry,
+    /// Images, for what depends on opacity.
+    pub textures: &'a TextureStore,
+    /// Where a shader that panics leaves its name.
+    pub blame: &'a Blame,
+}
+
+impl<P, const CUTOUTS: bool> Answerer<P> for RayTracer<'_, CUTOUTS>
+where
+    P: Program<Question = Question, Answer = Answer>,
+{
+    #[inline]
+    fn answer(&self, question: Question) -> Answer {
+        match question {
+            Question::Closest { ray, key } => Answer::Closest(self.closest(&ray, key)),
+            Question::Occluded { ray, key } => Answer::Occluded(self.is_occluded(&ray, key)),
+        }
+    }
+}
+
+impl<const CUTOUTS: bool> RayTracer<'_, CUTOUTS> {
+    #[inline]
+    fn closest(&self, ray: &Ray, key: u32) -> Option<Hit> {
+        let accel = self.geometry.accel();
+        if CUTOUTS {
+            accel.intersect_filtered(ray, |hit| self.is_present(hit, ray, key))
+        } else {
+            accel.intersect(ray)
+        }
+    }
+
+    #[inline]
+    fn is_occluded(&self, ray: &Ray, key: u32) -> bool {
+        let accel = self.geometry.accel();
+        if CUTOUTS {
+            accel.occluded_filtered(ray, |hit| self.is_present(hit, ray, key))
+        } else {
+            accel.occluded(ray)
+        }
+    }
+
+    /// Whether a surface stops a ray. Partial presence is decided by a number that depends on the
+    /// ray and the primitive alone, so it does not matter in which order a tree offers candidates,
+    /// or whether twice.
+    fn is_present(&self, hit: &Hit, ray: &Ray, key: u32) -> bool {
+        let at = self.geometry.locate(hit);
+        let shader = self.geometry.shader(at);
+        if shader.is_opaque() {
+            return true;
+        }
+        let view = View {
+            uv: Vec2::new(hit.u, hit.v),
+            p_ray: ray.at(hit.t),
+            wo: -ray.dir.normalize(),
+            time: ray.time,
+            footprint: 0.0,
+        };
+        let interaction = self.geometry.interaction(at, &view, self.textures);
+        let shading = self.blame.shading(self.geometry, at);
+        let opacity = shader.opacity(&interaction.surface);
+        drop(shading);
+        let primitive_key = combine(hit.primitive, hit.instance);
+        opacity >= 1.0 || unit_f32(combine(key, primitive_key)) < opacity
+    }
+}

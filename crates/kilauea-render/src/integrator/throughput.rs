@@ -1,0 +1,83 @@
+//! The share of light that a path carries to the camera.
+
+use kilauea_film::PixelSample;
+use kilauea_math::Spectrum;
+
+/// Throughput, split at the first vertex so that each layer gets its share.
+#[derive(Clone, Copy)]
+pub(super) struct Throughput {
+    /// Weights of the first scattering event.
+    first_diffuse: Spectrum,
+    first_specular: Spectrum,
+    /// Product of all later events but the last.
+    between: Spectrum,
+    /// Weights of the last event.
+    pub(super) last_diffuse: Spectrum,
+    pub(super) last_specular: Spectrum,
+}
+
+impl Throughput {
+    pub(super) fn start() -> Self {
+        Self {
+            first_diffuse: Spectrum::ONE,
+            first_specular: Spectrum::ONE,
+            between: Spectrum::ONE,
+            last_diffuse: Spectrum::ONE,
+            last_specular: Spectrum::BLACK,
+        }
+    }
+
+    /// Arrives at the vertex after `depth` events: the last one becomes one of those between.
+    pub(super) fn advance(&mut self, depth: u32) {
+        if depth >= 2 {
+            self.between *= self.last_diffuse + self.last_specular;
+        }
+    }
+
+    /// Scatters at the vertex after `depth` events.
+    pub(super) fn scatter(&mut self, depth: u32, diffuse: Spectrum, specular: Spectrum) {
+        if depth == 0 {
+            (self.first_diffuse, self.first_specular) = (diffuse, specular);
+        }
+        (self.last_diffuse, self.last_specular) = (diffuse, specular);
+    }
+
+    /// Product of all events up to the one at the vertex after `depth` events.
+    pub(super) fn total(&self, depth: u32) -> Spectrum {
+        let last = self.last_diffuse + self.last_specular;
+        if depth == 0 {
+            last
+        } else {
+            (self.first_diffuse + self.first_specular) * self.between * last
+        }
+    }
+
+    pub(super) fn scale_last(&mut self, depth: u32, factor: f32) {
+        self.last_diffuse *= factor;
+        self.last_specular *= factor;
+        if depth == 0 {
+            self.first_diffuse *= factor;
+            self.first_specular *= factor;
+        }
+    }
+
+    /// Adds light that arrives after `n_events` events, of which the last has the given weights.
+    #[inline]
+    pub(super) fn add(
+        &self,
+        out: &mut PixelSample,
+        n_events: u32,
+        radiance: Spectrum,
+        last_diffuse: Spectrum,
+        last_specular: Spectrum,
+    ) {
+        if n_events == 1 {
+            out.direct_diffuse += radiance * last_diffuse;
+            out.direct_specular += radiance * last_specular;
+        } else {
+            let radiance = radiance * self.between * (last_diffuse + last_specular);
+            out.indirect_diffuse += radiance * self.first_diffuse;
+            out.indirect_specular += radiance * self.first_specular;
+        }
+    }
+}
