@@ -360,7 +360,7 @@ fn cancelling_stops_soon() {
 
 fn check_cancelling(settings: RenderSettings) {
     let prepared = everything().prepare(&settings);
-    let job = RenderJob::start(Arc::clone(&prepared), settings).unwrap();
+    let job = RenderJob::start(Arc::clone(&prepared), settings).expect("the settings are sound");
     assert!(!job.wait(Duration::from_millis(200)));
     let start = Instant::now();
     job.cancel();

@@ -136,7 +136,7 @@ impl RenderJob {
         )
     }
 
-    /// Makes the threads stop within one tile's pass.
+    /// Makes the threads stop within the samples of a pixel.
     pub fn cancel(&self) {
         self.frame.is_cancelled.store(true, Ordering::Relaxed);
     }

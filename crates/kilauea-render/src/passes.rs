@@ -77,10 +77,7 @@ impl Passes {
 
     /// Column and row of a pixel.
     pub(crate) fn pixel(&self, tile: u32, pixel: u32) -> [i32; 2] {
-        let [min, max] = {
-            let bounds = self.tiles[tile as usize].bounds;
-            [bounds.min, bounds.max]
-        };
+        let DataWindow { min, max } = self.tiles[tile as usize].bounds;
         let width = max[0] - min[0];
         let pixel = pixel as i32;
         [min[0] + pixel % width, min[1] + pixel / width]

@@ -270,7 +270,7 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         } else {
             None
         };
-        let is_alive = self.scatter(path, depth, &interaction, &bsdf, receiver, sampler);
+        let is_alive = path.scatter(depth, &interaction, &bsdf, receiver, sampler);
         let next = is_alive.then(|| cx.ask(closest::<CUTOUTS>(&path.ray, sampler, depth + 1)));
         Vertex { direct, next }
     }
@@ -331,55 +331,6 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         })
     }
 
-    /// Chooses where the path goes on; false where it ends.
-    #[inline]
-    fn scatter(
-        &self,
-        path: &mut Path,
-        depth: u32,
-        interaction: &Interaction<'_>,
-        bsdf: &SeenBsdf<'_>,
-        receiver: Receiver,
-        sampler: &Sampler<'_>,
-    ) -> bool {
-        let u_lobe = if bsdf.has_one_lobe() {
-            0.5
-        } else {
-            sampler.pair(Purpose::Choice(depth)).y
-        };
-        let u_direction = sampler.pair(Purpose::Direction(depth));
-        let u = [u_lobe, u_direction.x, u_direction.y];
-        let Some(sample) = bsdf.sample(u) else {
-            return false;
-        };
-        let throughput = &mut path.throughput;
-        throughput.scatter(depth, sample.diffuse, sample.specular);
-        path.departure = Some(Departure {
-            receiver,
-            pdf: sample.pdf,
-            is_delta: sample.is_delta,
-        });
-        if !sample.is_delta {
-            path.cone.spread = path.cone.spread.max(ROUGH_SPREAD * sample.roughness);
-        }
-
-        // End dim paths by chance.
-        if depth + 1 >= MIN_ROULETTE_DEPTH {
-            let survival = throughput.total(depth).max_channel();
-            if survival < 1.0 {
-                let survival = survival.max(0.05);
-                if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
-                    return false;
-                }
-                throughput.scale_last(depth, 1.0 / survival);
-            }
-        } else if throughput.total(depth).is_black() {
-            return false;
-        }
-        path.ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
-        true
-    }
-
     fn describe_surface(&self, out: &mut PixelSample, interaction: &Interaction<'_>) {
         let (prim_id, instance_id) = self.geometry.ids(interaction.at);
         out.alpha = 1.0;
@@ -430,6 +381,54 @@ impl Path {
     #[inline]
     fn receiver(&self) -> Option<Receiver> {
         self.departure.filter(|d| !d.is_delta).map(|d| d.receiver)
+    }
+
+    /// Chooses where the path goes on; false where it ends.
+    #[inline]
+    fn scatter(
+        &mut self,
+        depth: u32,
+        interaction: &Interaction<'_>,
+        bsdf: &SeenBsdf<'_>,
+        receiver: Receiver,
+        sampler: &Sampler<'_>,
+    ) -> bool {
+        let u_lobe = if bsdf.has_one_lobe() {
+            0.5
+        } else {
+            sampler.pair(Purpose::Choice(depth)).y
+        };
+        let u_direction = sampler.pair(Purpose::Direction(depth));
+        let u = [u_lobe, u_direction.x, u_direction.y];
+        let Some(sample) = bsdf.sample(u) else {
+            return false;
+        };
+        let throughput = &mut self.throughput;
+        throughput.scatter(depth, sample.diffuse, sample.specular);
+        self.departure = Some(Departure {
+            receiver,
+            pdf: sample.pdf,
+            is_delta: sample.is_delta,
+        });
+        if !sample.is_delta {
+            self.cone.spread = self.cone.spread.max(ROUGH_SPREAD * sample.roughness);
+        }
+
+        // End dim paths by chance.
+        if depth + 1 >= MIN_ROULETTE_DEPTH {
+            let survival = throughput.total(depth).max_channel();
+            if survival < 1.0 {
+                let survival = survival.max(0.05);
+                if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
+                    return false;
+                }
+                throughput.scale_last(depth, 1.0 / survival);
+            }
+        } else if throughput.total(depth).is_black() {
+            return false;
+        }
+        self.ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
+        true
     }
 
     /// Adds emission met by the ray, which left its vertex after `depth` events.
