@@ -1,8 +1,8 @@
 //! Ray acceleration: trees over triangles, spheres, curves and instances, still or moving, and the
 //! kernels that walk them.
 //!
-//! `obvhs` builds binary trees; this crate turns them into nodes of eight boxes and leaves of four
-//! triangles and traces them with its own kernels, AVX2 where the processor has it. Both kernels
+//! Binary trees, which `obvhs` improves, become nodes of eight boxes and leaves of up to eight
+//! triangles. This crate traces them with its own kernels, AVX2 where the processor has it. Both
 //! give the same hits, bit for bit: which hit wins depends on distance, instance and primitive
 //! alone. So do any two trees over the same primitives, but for lines that pass a silhouette so
 //! close that rounding decides.
