@@ -3,10 +3,10 @@
 use super::keep::Keep;
 use super::kernel::Kernel;
 use super::search::Search;
-use super::tree_leaves::{any_in_tree, closest_in_tree};
+use super::tree_leaves::visit_tree;
 use super::tree_ray::TreeRay;
 use super::two_level::Instance;
-use super::walk::{Visitor, any_order, near_first};
+use super::walk::{Visitor, walk};
 use crate::block::{Block, BlockRay, BlockTree, Limit};
 use crate::forest::{Forest, Kind};
 use crate::motion::{interval, matrix_at};
@@ -64,11 +64,7 @@ impl<K: Kernel, F: Keep, const ANY: bool> Visitor for PartLeaves<'_, K, F, ANY> 
         match part.kind {
             Kind::Triangles => {
                 let tree = self.kernel.item(&forest.triangles, instance.tree);
-                if ANY {
-                    return any_in_tree(self.kernel, tree, &ray, instance.id_base, self.search);
-                }
-                closest_in_tree(self.kernel, tree, &ray, instance.id_base, self.search);
-                false
+                visit_tree::<_, _, ANY>(self.kernel, tree, &ray, instance.id_base, self.search)
             }
             Kind::MovingTriangles => self.visit_blocks(&forest.moving_triangles, leaf, &ray),
             Kind::Spheres => self.visit_blocks(&forest.spheres, leaf, &ray),
@@ -114,11 +110,7 @@ impl<K: Kernel, F: Keep, const ANY: bool> PartLeaves<'_, K, F, ANY> {
         };
         let nodes = (&tree.nodes[..], fraction);
         let node_ray = kernel.node_ray(tree_ray);
-        if ANY {
-            return any_order(kernel, nodes, &node_ray, &mut visitor);
-        }
-        near_first(kernel, nodes, &node_ray, &mut visitor);
-        false
+        walk::<_, _, ANY>(kernel, nodes, &node_ray, &mut visitor)
     }
 }
 

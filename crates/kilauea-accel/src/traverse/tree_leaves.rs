@@ -5,7 +5,7 @@ use super::kernel::{Distances, Kernel};
 use super::search::Search;
 use super::tree_ray::TreeRay;
 use super::triangle;
-use super::walk::{Visitor, any_order, near_first};
+use super::walk::{Visitor, walk};
 use crate::node::Tree;
 
 /// Leaves of triangles.
@@ -116,29 +116,20 @@ impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K, F, ANY> 
     }
 }
 
+/// Searches one tree; true where `ANY` hit was asked for and found.
 #[inline(always)]
-pub(crate) fn closest_in_tree<K: Kernel>(
+pub(crate) fn visit_tree<K: Kernel, F: Keep, const ANY: bool>(
     kernel: K,
     tree: &Tree,
     ray: &TreeRay,
     id_base: u32,
-    search: &mut Search<impl Keep>,
-) {
-    let mut visitor = TreeLeaves::<_, _, false>::new(kernel, tree, ray, id_base, search);
-    let nodes = (&tree.nodes[..], 0.0);
-    near_first(kernel, nodes, &kernel.node_ray(ray), &mut visitor);
-    visitor.settle();
-}
-
-#[inline(always)]
-pub(crate) fn any_in_tree<K: Kernel>(
-    kernel: K,
-    tree: &Tree,
-    ray: &TreeRay,
-    id_base: u32,
-    search: &mut Search<impl Keep>,
+    search: &mut Search<F>,
 ) -> bool {
-    let mut visitor = TreeLeaves::<_, _, true>::new(kernel, tree, ray, id_base, search);
+    let mut visitor = TreeLeaves::<_, _, ANY>::new(kernel, tree, ray, id_base, search);
     let nodes = (&tree.nodes[..], 0.0);
-    any_order(kernel, nodes, &kernel.node_ray(ray), &mut visitor)
+    let is_found = walk::<_, _, ANY>(kernel, nodes, &kernel.node_ray(ray), &mut visitor);
+    if !ANY {
+        visitor.settle();
+    }
+    is_found
 }

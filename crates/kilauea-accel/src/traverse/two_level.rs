@@ -4,9 +4,9 @@ use super::general::{Part, PartLeaves};
 use super::keep::Keep;
 use super::kernel::Kernel;
 use super::search::Search;
-use super::tree_leaves::{any_in_tree, closest_in_tree};
+use super::tree_leaves::visit_tree;
 use super::tree_ray::{Ball, TreeRay};
-use super::walk::{Visitor, any_order, near_first};
+use super::walk::{Visitor, walk};
 use crate::forest::Forest;
 use crate::node::{Node8, Tree};
 use crate::ray::{Hit, Ray};
@@ -64,81 +64,42 @@ pub(crate) fn closest<K: Kernel>(
     keep: impl Keep,
 ) -> Option<Hit> {
     let mut search = Search::new(ray, keep);
-    let world_ray = TreeRay::world(ray);
-    match scene {
-        Scene::Single(tree) => closest_in_tree(kernel, tree, &world_ray, 0, &mut search),
-        Scene::Instanced {
-            top,
-            instances,
-            trees,
-        } => {
-            let mut visitor = TopLeaves::<_, _, false> {
-                kernel,
-                instances,
-                trees,
-                ray,
-                world_ray: &world_ray,
-                search: &mut search,
-            };
-            near_first(
-                kernel,
-                (top, 0.0),
-                &kernel.node_ray(&world_ray),
-                &mut visitor,
-            );
-        }
-        Scene::General {
-            top,
-            instances,
-            parts,
-            forest,
-        } => {
-            let mut visitor = PartLeaves::<_, _, false> {
-                kernel,
-                instances,
-                parts,
-                forest,
-                ray,
-                world_ray: &world_ray,
-                search: &mut search,
-            };
-            near_first(
-                kernel,
-                (top, 0.0),
-                &kernel.node_ray(&world_ray),
-                &mut visitor,
-            );
-        }
-    }
+    visit::<_, _, false>(kernel, scene, ray, &mut search);
     (search.best.primitive != u32::MAX).then_some(search.best)
 }
 
 /// Whether `keep` accepts any hit.
 #[inline(always)]
 pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
-    let mut search = Search::new(ray, keep);
+    visit::<_, _, true>(kernel, scene, ray, &mut Search::new(ray, keep))
+}
+
+/// Searches all trees; true where `ANY` hit was asked for and found.
+#[inline(always)]
+fn visit<K: Kernel, F: Keep, const ANY: bool>(
+    kernel: K,
+    scene: Scene<'_>,
+    ray: &Ray,
+    search: &mut Search<F>,
+) -> bool {
     let world_ray = TreeRay::world(ray);
     match scene {
-        Scene::Single(tree) => any_in_tree(kernel, tree, &world_ray, 0, &mut search),
+        Scene::Single(tree) => visit_tree::<_, _, ANY>(kernel, tree, &world_ray, 0, search),
         Scene::Instanced {
             top,
             instances,
             trees,
         } => {
-            let mut visitor = TopLeaves::<_, _, true> {
+            let mut visitor = TopLeaves::<_, _, ANY> {
                 kernel,
                 instances,
                 trees,
                 ray,
                 world_ray: &world_ray,
-                search: &mut search,
+                search,
             };
-            any_order(
-                kernel,
-                (top, 0.0),
-                &kernel.node_ray(&world_ray),
-                &mut visitor,
-            )
+            let node_ray = kernel.node_ray(&world_ray);
+            walk::<_, _, ANY>(kernel, (top, 0.0), &node_ray, &mut visitor)
         }
         Scene::General {
             top,
@@ -146,21 +107,17 @@ pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: 
             parts,
             forest,
         } => {
-            let mut visitor = PartLeaves::<_, _, true> {
+            let mut visitor = PartLeaves::<_, _, ANY> {
                 kernel,
                 instances,
                 parts,
                 forest,
                 ray,
                 world_ray: &world_ray,
-                search: &mut search,
+                search,
             };
-            any_order(
-                kernel,
-                (top, 0.0),
-                &kernel.node_ray(&world_ray),
-                &mut visitor,
-            )
+            let node_ray = kernel.node_ray(&world_ray);
+            walk::<_, _, ANY>(kernel, (top, 0.0), &node_ray, &mut visitor)
         }
     }
 }
@@ -186,12 +143,7 @@ impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TopLeaves<'_, K, F, ANY> {
         let instance = self.kernel.item(self.instances, leaf);
         let tree = self.kernel.item(self.trees, instance.tree);
         let ray = instance.tree_ray(self.ray, self.world_ray);
-        if ANY {
-            any_in_tree(self.kernel, tree, &ray, instance.id_base, self.search)
-        } else {
-            closest_in_tree(self.kernel, tree, &ray, instance.id_base, self.search);
-            false
-        }
+        visit_tree::<_, _, ANY>(self.kernel, tree, &ray, instance.id_base, self.search)
     }
 
     #[inline(always)]

@@ -14,10 +14,26 @@ pub(crate) trait Visitor {
     fn address(&self, leaf: u32) -> *const u8;
 }
 
+/// Walks in the order that serves the question: whether there is `ANY` hit, which it answers, or
+/// which is nearest.
+#[inline(always)]
+pub(crate) fn walk<K: Kernel, N: WalkNode, const ANY: bool>(
+    kernel: K,
+    nodes: (&[N], f32),
+    ray: &K::NodeRay,
+    visitor: &mut impl Visitor,
+) -> bool {
+    if ANY {
+        return any_order(kernel, nodes, ray, visitor);
+    }
+    near_first(kernel, nodes, ray, visitor);
+    false
+}
+
 /// Visits the leaves that the ray passes, near ones first, until one ends the walk. The nodes are
 /// read at `fraction` of the interval between two motion keys, if they move.
 #[inline(always)]
-pub(crate) fn near_first<K: Kernel, N: WalkNode>(
+fn near_first<K: Kernel, N: WalkNode>(
     kernel: K,
     (nodes, fraction): (&[N], f32),
     ray: &K::NodeRay,
@@ -150,7 +166,7 @@ fn in_order(a: Entry, b: Entry) -> (Entry, Entry) {
 
 /// Visits the leaves that the ray passes in no order, until one ends the walk.
 #[inline(always)]
-pub(crate) fn any_order<K: Kernel, N: WalkNode>(
+fn any_order<K: Kernel, N: WalkNode>(
     kernel: K,
     (nodes, fraction): (&[N], f32),
     ray: &K::NodeRay,
