@@ -7,7 +7,7 @@ use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
 
 /// Bins by axis.
-const N_BINS: usize = 32;
+pub(super) const N_BINS: usize = 32;
 /// Below this depth nodes are halved, so that no input makes trees of any depth.
 const MAX_DEPTH: u32 = 96;
 /// From this many boxes on, the two halves are built side by side.
@@ -138,7 +138,7 @@ fn cut(items: &mut [Item], depth: u32) -> usize {
 
 /// The first bin of the second child where that is cheapest, and the cost; none if all items are in
 /// one bin.
-fn best_bin(bins: &[(Aabb, u32)]) -> Option<(f32, usize)> {
+pub(super) fn best_bin(bins: &[(Aabb, u32)]) -> Option<(f32, usize)> {
     let mut right_cost = [0.0; N_BINS];
     let mut right = (Aabb::INVALID, 0);
     for bin in (1..bins.len()).rev() {
@@ -166,7 +166,7 @@ fn cost((bounds, n): (Aabb, u32)) -> f32 {
 }
 
 /// Moves what `is_left` accepts to the front; returns how many that are.
-fn partition(items: &mut [Item], is_left: impl Fn(&Item) -> bool) -> usize {
+pub(super) fn partition<T>(items: &mut [T], is_left: impl Fn(&T) -> bool) -> usize {
     let (mut left, mut right) = (0, items.len());
     while left < right {
         if is_left(&items[left]) {

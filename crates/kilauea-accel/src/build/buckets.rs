@@ -1,6 +1,7 @@
 //! Large soups are cut into buckets first, so that trees are built on all cores, within caches,
 //! and without scratch memory for the whole scene.
 
+use super::binned::{N_BINS, best_bin, partition};
 use super::pair::Pair;
 use kilauea_math::Vec3A;
 use obvhs::aabb::Aabb;
@@ -10,8 +11,6 @@ pub(crate) const MAX_BUCKET: usize = 1 << 17;
 
 /// Pairs looked at to choose a cut.
 const N_SAMPLES: usize = 1 << 14;
-/// Candidate cuts by axis.
-const N_BINS: usize = 32;
 
 /// Reorders the pairs into compact buckets by the surface area heuristic, and returns those.
 pub(crate) fn cut(pairs: &mut [Pair]) -> Vec<&mut [Pair]> {
@@ -45,44 +44,17 @@ fn choose_cut(pairs: &[Pair]) -> Option<(usize, f32)> {
         });
     let cuts = (0..3)
         .filter(|&axis| max[axis] > min[axis])
-        .flat_map(|axis| {
+        .filter_map(|axis| {
             let bin_size = (max[axis] - min[axis]) / N_BINS as f32;
-            let mut bins = [(Aabb::INVALID, 0_usize); N_BINS];
+            let mut bins = [(Aabb::INVALID, 0_u32); N_BINS];
             for b in &sample {
                 let bin = (((b.center()[axis] - min[axis]) / bin_size) as usize).min(N_BINS - 1);
                 bins[bin] = (bins[bin].0.union(b), bins[bin].1 + 1);
             }
-            let cost_of = |bins: &[(Aabb, usize)]| {
-                let union = |(a, n): (Aabb, usize), b: &(Aabb, usize)| (a.union(&b.0), n + b.1);
-                let (bounds, n) = bins.iter().fold((Aabb::INVALID, 0), union);
-                if n == 0 {
-                    f32::INFINITY
-                } else {
-                    bounds.half_area() * n as f32
-                }
-            };
-            (1..N_BINS).map(move |at| {
-                let cost = cost_of(&bins[..at]) + cost_of(&bins[at..]);
-                (cost, axis, min[axis] + at as f32 * bin_size)
-            })
+            best_bin(&bins).map(|(cost, bin)| (cost, axis, min[axis] + bin as f32 * bin_size))
         });
-    cuts.filter(|(cost, ..)| cost.is_finite())
-        .min_by(|a, b| a.0.total_cmp(&b.0))
+    cuts.min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, axis, at)| (axis, at))
-}
-
-/// Moves what `is_low` accepts to the front; returns how many that are.
-fn partition(pairs: &mut [Pair], is_low: impl Fn(&Pair) -> bool) -> usize {
-    let (mut low, mut high) = (0, pairs.len());
-    while low < high {
-        if is_low(&pairs[low]) {
-            low += 1;
-        } else {
-            high -= 1;
-            pairs.swap(low, high);
-        }
-    }
-    low
 }
 
 #[cfg(test)]
