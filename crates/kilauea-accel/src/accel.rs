@@ -3,7 +3,7 @@ use crate::forest::{Forest, Kind, PartTrees};
 use crate::geometry::{BuildOptions, Geometry, Placement, Quality};
 use crate::node::{Node8, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
-use crate::traverse::{Ball, Instance, Isa, Keep, KeepAll, Part, Scene};
+use crate::traverse::{Ball, Instance, Isa, Keep, KeepAll, Part, Scene, TreeRay};
 use crate::visibility::Visibility;
 use kilauea_math::{Bounds3, DAffine3};
 
@@ -101,26 +101,22 @@ impl Accel {
 
     #[inline(always)]
     fn intersect_kept(&self, ray: &Ray, mut keep: impl Keep) -> Option<Hit> {
-        if !ray.is_valid() {
-            return None;
-        }
-        if ray.has_extreme_dir() {
+        let Some(line) = ray.moderate_line() else {
             return self.intersect_extreme(ray, &mut |hit| keep.keep(hit));
-        }
-        self.isa.closest(self.scene(), ray, keep)
+        };
+        let rays = (ray, &TreeRay::world(line, ray.t_min));
+        self.isa.closest(self.scene(), rays, keep)
     }
 
     #[inline(always)]
     fn occluded_kept(&self, ray: &Ray, mut keep: impl Keep) -> bool {
-        if !ray.is_valid() {
-            return false;
-        }
-        if ray.has_extreme_dir() {
+        let Some(line) = ray.moderate_line() else {
             return self
                 .intersect_extreme(ray, &mut |hit| keep.keep(hit))
                 .is_some();
-        }
-        self.isa.occluded(self.scene(), ray, keep)
+        };
+        let rays = (ray, &TreeRay::world(line, ray.t_min));
+        self.isa.occluded(self.scene(), rays, keep)
     }
 
     /// A box around everything that can be hit, at any time, larger than the tightest by a few ulps.
@@ -166,9 +162,13 @@ impl Accel {
         }
     }
 
-    /// Traces with a direction scaled to a length that the tests can take.
+    /// Traces with a direction scaled to a length that the tests can take, from where the ray enters
+    /// a ball around all, if it is a ray.
     #[cold]
     fn intersect_extreme(&self, ray: &Ray, keep: &mut dyn FnMut(&Hit) -> bool) -> Option<Hit> {
+        if !ray.is_valid() {
+            return None;
+        }
         let (scaled, factor) = ray.with_moderate_dir();
         let rescale = |hit: &Hit| Hit {
             t: (f64::from(hit.t) * factor) as f32,
@@ -179,8 +179,9 @@ impl Accel {
             hit.t > ray.t_min.max(0.0) && hit.t <= ray.t_max && keep(&hit)
         };
         let keep_rescaled: &mut dyn FnMut(&Hit) -> bool = &mut keep_rescaled;
+        let tree_ray = TreeRay::entering(&scaled, &Ball::around(&self.bounds));
         self.isa
-            .closest(self.scene(), &scaled, keep_rescaled)
+            .closest(self.scene(), (&scaled, &tree_ray), keep_rescaled)
             .map(|hit| rescale(&hit))
     }
 }

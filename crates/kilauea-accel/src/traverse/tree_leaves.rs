@@ -4,7 +4,6 @@ use super::keep::Keep;
 use super::kernel::{Distances, Kernel};
 use super::search::Search;
 use super::tree_ray::TreeRay;
-use super::triangle;
 use super::walk::{Visitor, walk};
 use crate::node::Tree;
 
@@ -58,7 +57,9 @@ impl<'a, K: Kernel, F: Keep, const ANY: bool> TreeLeaves<'a, K, F, ANY> {
     #[inline(always)]
     fn offer(&mut self, leaf: u32, lane: usize) -> bool {
         let leaf = self.kernel.item(&self.tree.leaves, leaf);
-        let wins = triangle::intersect(&leaf.lane(lane), self.ray)
+        let wins = self
+            .kernel
+            .position(self.ray, leaf, lane)
             .is_some_and(|place| self.search.offer(leaf.hit(lane, place, self.id_base)));
         if wins {
             (self.nearest, self.limit) = self.ray.distance_bounds(self.search.best.t);

@@ -1,6 +1,34 @@
 use super::tree_ray::TreeRay;
 use crate::node::LeafTriangle;
 
+/// The shear that takes a ray's direction to its largest axis (Woop et al. 2013), in the arithmetic
+/// that all kernels share.
+#[derive(Clone, Copy)]
+pub(crate) struct Shear {
+    origin: [f32; 3],
+    axes: [usize; 3],
+    factors: [f32; 2],
+}
+
+impl Shear {
+    pub(crate) fn of(ray: &TreeRay) -> Self {
+        let axes = ray.axes();
+        let [x, y, z] = axes.map(|axis| ray.dir[axis]);
+        let rcp_largest = 1.0 / z;
+        Self {
+            origin: axes.map(|axis| ray.origin[axis]),
+            axes,
+            factors: [x * rcp_largest, y * rcp_largest],
+        }
+    }
+
+    /// A point in the plane across the ray.
+    pub(crate) fn of_point(&self, p: [f32; 3]) -> [f32; 2] {
+        let [x, y, along] = [0, 1, 2].map(|i| p[self.axes[i]] - self.origin[i]);
+        [x - self.factors[0] * along, y - self.factors[1] * along]
+    }
+}
+
 /// Distance and weights of the second and third corner where the ray's line meets a triangle that
 /// [`super::kernel::Kernel::candidates`] named; `None` if the line passes by or lies
 /// in the plane.
@@ -11,7 +39,7 @@ use crate::node::LeafTriangle;
 /// where it is outside, it is that of the nearest point of the edges.
 #[inline(always)]
 pub(crate) fn intersect(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> Option<[f32; 3]> {
-    let [kx, ky, kz] = ray.axes;
+    let [kx, ky, kz] = ray.axes();
     let rcp_largest = 1.0 / ray.dir_f64[kz];
     let shear = [ray.dir_f64[kx] * rcp_largest, ray.dir_f64[ky] * rcp_largest];
     let (a, a_along) = sheared_f64(triangle, 0, ray, shear);
@@ -54,9 +82,10 @@ fn is_left_behind(weights: [f64; 3], along: [f64; 3], rcp_largest: f64) -> bool 
 #[cold]
 fn is_decided_inside(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> bool {
     // Products of `f32` are exact in `f64`: where the kernel found zero, this finds the sign.
+    let shear = Shear::of(ray);
     let [a, b, c] = triangle
         .corners()
-        .map(|corner| ray.sheared(corner).map(f64::from));
+        .map(|corner| shear.of_point(corner).map(f64::from));
     let decisive = edge_functions(a, b, c);
     let inside = decisive.iter().all(|&w| w >= 0.0) || decisive.iter().all(|&w| w <= 0.0);
     inside && decisive != [0.0; 3]
@@ -92,7 +121,7 @@ fn sheared_f64(
     ray: &TreeRay,
     shear: [f64; 2],
 ) -> ([f64; 2], f64) {
-    let [kx, ky, kz] = ray.axes;
+    let [kx, ky, kz] = ray.axes();
     let x = f64::from(triangle.coordinate(corner, kx)) - ray.origin_f64[kx];
     let y = f64::from(triangle.coordinate(corner, ky)) - ray.origin_f64[ky];
     let along = f64::from(triangle.coordinate(corner, kz)) - ray.origin_f64[kz];
