@@ -104,8 +104,8 @@ impl Accel {
         let Some(line) = ray.moderate_line() else {
             return self.intersect_extreme(ray, &mut |hit| keep.keep(hit));
         };
-        let rays = (ray, &TreeRay::world(line, ray.t_min));
-        self.isa.closest(self.scene(), rays, keep)
+        let tree_ray = || TreeRay::world(line, ray.t_min);
+        self.isa.closest(self.scene(), (ray, tree_ray), keep)
     }
 
     #[inline(always)]
@@ -115,8 +115,8 @@ impl Accel {
                 .intersect_extreme(ray, &mut |hit| keep.keep(hit))
                 .is_some();
         };
-        let rays = (ray, &TreeRay::world(line, ray.t_min));
-        self.isa.occluded(self.scene(), rays, keep)
+        let tree_ray = || TreeRay::world(line, ray.t_min);
+        self.isa.occluded(self.scene(), (ray, tree_ray), keep)
     }
 
     /// A box around everything that can be hit, at any time, larger than the tightest by a few ulps.
@@ -179,9 +179,9 @@ impl Accel {
             hit.t > ray.t_min.max(0.0) && hit.t <= ray.t_max && keep(&hit)
         };
         let keep_rescaled: &mut dyn FnMut(&Hit) -> bool = &mut keep_rescaled;
-        let tree_ray = TreeRay::entering(&scaled, &Ball::around(&self.bounds));
+        let tree_ray = || TreeRay::entering(&scaled, &Ball::around(&self.bounds));
         self.isa
-            .closest(self.scene(), (&scaled, &tree_ray), keep_rescaled)
+            .closest(self.scene(), (&scaled, tree_ray), keep_rescaled)
             .map(|hit| rescale(&hit))
     }
 }

@@ -26,13 +26,19 @@ mod absent {
         pub(crate) fn closest(
             self,
             _: Scene<'_>,
-            _: (&Ray, &TreeRay),
+            _: (&Ray, impl FnOnce() -> TreeRay),
             _: impl Keep,
         ) -> Option<Hit> {
             match self {}
         }
 
-        pub(crate) fn occluded(self, _: Scene<'_>, _: (&Ray, &TreeRay), _: impl Keep) -> bool {
+        pub(crate) fn occluded(
+            self,
+            _: Scene<'_>,
+            _: &Ray,
+            _: impl FnOnce() -> TreeRay,
+            _: impl Keep,
+        ) -> bool {
             match self {}
         }
     }

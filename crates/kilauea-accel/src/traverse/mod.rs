@@ -45,7 +45,7 @@ impl Isa {
     pub(crate) fn closest(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, &TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay),
         keep: impl Keep,
     ) -> Option<Hit> {
         match self {
@@ -58,7 +58,7 @@ impl Isa {
     pub(crate) fn occluded(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, &TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay),
         keep: impl Keep,
     ) -> bool {
         match self {

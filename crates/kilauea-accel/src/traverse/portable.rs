@@ -17,7 +17,7 @@ impl Portable {
     pub(crate) fn closest(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, &TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay),
         keep: impl Keep,
     ) -> Option<Hit> {
         two_level::closest(self, scene, rays, keep)
@@ -26,7 +26,7 @@ impl Portable {
     pub(crate) fn occluded(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, &TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay),
         keep: impl Keep,
     ) -> bool {
         two_level::occluded(self, scene, rays, keep)

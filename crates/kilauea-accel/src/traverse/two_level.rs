@@ -55,19 +55,18 @@ impl Instance {
     }
 }
 
-/// The first hit in the order of [`Hit::wins_over`] that `keep` accepts. The ray comes twice: as it is,
-/// and in the tree's form.
+/// The first hit in the order of [`Hit::wins_over`] that `keep` accepts. `tree_ray` makes
+/// the form of the ray that trees are asked with.
 #[inline(always)]
 pub(crate) fn closest<K: Kernel>(
     kernel: K,
     scene: Scene<'_>,
-    rays: (&Ray, &TreeRay),
+    (ray, tree_ray): (&Ray, impl FnOnce() -> TreeRay),
     keep: impl Keep,
 ) -> Option<Hit> {
-    let mut search = Search::new(rays.0, keep);
-    visit::<_, _, false>(kernel, scene, rays, &mut search);
-    let best = search.best;
-    (best.primitive != u32::MAX).then_some(Hit { ..best })
+    let mut search = Search::new(ray, keep);
+    visit::<_, _, false>(kernel, scene, (ray, &tree_ray()), &mut search);
+    (search.best.primitive != u32::MAX).then_some(search.best)
 }
 
 /// Whether `keep` accepts any hit.
@@ -75,10 +74,11 @@ pub(crate) fn closest<K: Kernel>(
 pub(crate) fn occluded<K: Kernel>(
     kernel: K,
     scene: Scene<'_>,
-    rays: (&Ray, &TreeRay),
+    (ray, tree_ray): (&Ray, impl FnOnce() -> TreeRay),
     keep: impl Keep,
 ) -> bool {
-    visit::<_, _, true>(kernel, scene, rays, &mut Search::new(rays.0, keep))
+    let search = &mut Search::new(ray, keep);
+    visit::<_, _, true>(kernel, scene, (ray, &tree_ray()), search)
 }
 
 /// Searches all trees; true where `ANY` hit was asked for and found.

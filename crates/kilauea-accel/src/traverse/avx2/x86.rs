@@ -4,13 +4,13 @@ use std::arch::x86_64::{
     _MM_HINT_T0, _mm_blend_ps, _mm_cvtsd_f64, _mm_div_ps, _mm_load_ps, _mm_load_si128,
     _mm_loadl_epi64, _mm_movemask_ps, _mm_mul_ps, _mm_permute_ps, _mm_permutevar_ps, _mm_prefetch,
     _mm_set1_ps, _mm_setr_ps, _mm_store_ps, _mm_unpackhi_pd, _mm256_add_ps, _mm256_and_ps,
-    _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_broadcast_ss, _mm256_broadcastss_ps,
-    _mm256_castpd256_pd128, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cmp_pd, _mm256_cmp_ps,
-    _mm256_cmpgt_epi32, _mm256_cvtepu8_epi32, _mm256_cvtps_pd, _mm256_div_ps,
-    _mm256_extractf128_pd, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_loadu_si256,
-    _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_ps, _mm256_movemask_pd,
-    _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps, _mm256_or_ps, _mm256_permute4x64_pd,
-    _mm256_permutevar8x32_epi32, _mm256_set1_pd, _mm256_set1_ps, _mm256_setzero_pd,
+    _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_broadcast_sd, _mm256_broadcast_ss,
+    _mm256_broadcastss_ps, _mm256_castpd256_pd128, _mm256_castps_si256, _mm256_castsi256_ps,
+    _mm256_cmp_pd, _mm256_cmp_ps, _mm256_cmpgt_epi32, _mm256_cvtepu8_epi32, _mm256_cvtps_pd,
+    _mm256_div_ps, _mm256_extractf128_pd, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps,
+    _mm256_loadu_si256, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_ps,
+    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps, _mm256_or_ps,
+    _mm256_permute4x64_pd, _mm256_permutevar8x32_epi32, _mm256_set1_ps, _mm256_setzero_pd,
     _mm256_setzero_ps, _mm256_store_ps, _mm256_store_si256, _mm256_storeu_si256, _mm256_sub_pd,
     _mm256_sub_ps, _mm256_xor_ps,
 };
@@ -47,7 +47,7 @@ impl Avx2 {
     pub(crate) fn closest(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, &TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay),
         keep: impl Keep,
     ) -> Option<Hit> {
         // SAFETY: `self` proves the features.
@@ -63,7 +63,7 @@ impl Avx2 {
     pub(crate) fn occluded(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, &TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay),
         keep: impl Keep,
     ) -> bool {
         // SAFETY: `self` proves the features.
@@ -82,24 +82,39 @@ impl Avx2 {
 fn closest_in_tree(
     avx2: Avx2,
     tree: &Tree,
-    rays: (&Ray, &TreeRay),
+    rays: (&Ray, impl FnOnce() -> TreeRay),
     keep: impl Keep,
 ) -> Option<Hit> {
     two_level::closest(avx2, Scene::Single(tree), rays, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn occluded_in_tree(avx2: Avx2, tree: &Tree, rays: (&Ray, &TreeRay), keep: impl Keep) -> bool {
+fn occluded_in_tree(
+    avx2: Avx2,
+    tree: &Tree,
+    rays: (&Ray, impl FnOnce() -> TreeRay),
+    keep: impl Keep,
+) -> bool {
     two_level::occluded(avx2, Scene::Single(tree), rays, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn closest(avx2: Avx2, scene: Scene<'_>, rays: (&Ray, &TreeRay), keep: impl Keep) -> Option<Hit> {
+fn closest(
+    avx2: Avx2,
+    scene: Scene<'_>,
+    rays: (&Ray, impl FnOnce() -> TreeRay),
+    keep: impl Keep,
+) -> Option<Hit> {
     two_level::closest(avx2, scene, rays, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn occluded(avx2: Avx2, scene: Scene<'_>, rays: (&Ray, &TreeRay), keep: impl Keep) -> bool {
+fn occluded(
+    avx2: Avx2,
+    scene: Scene<'_>,
+    rays: (&Ray, impl FnOnce() -> TreeRay),
+    keep: impl Keep,
+) -> bool {
     two_level::occluded(avx2, scene, rays, keep)
 }
 
@@ -315,25 +330,11 @@ impl Kernel for Avx2 {
     fn position(self, ray: &TreeRay, leaf: &PairLeaf, lane: usize) -> Option<[f32; 3]> {
         let triangle = leaf.lane(lane);
         let [kx, ky, kz] = ray.axes();
-        let rcp_largest = 1.0 / ray.dir_f64[kz];
-        let shear = [ray.dir_f64[kx] * rcp_largest, ray.dir_f64[ky] * rcp_largest];
-        let corners = |axis: usize| {
-            let corner = |corner| triangle.coordinate(corner, axis);
-            // SAFETY: `self` proves the features.
-            unsafe {
-                let corners = _mm_setr_ps(corner(0), corner(1), corner(2), corner(0));
-                let corners = _mm256_cvtps_pd(corners);
-                _mm256_sub_pd(corners, _mm256_set1_pd(ray.origin_f64[axis]))
-            }
-        };
         // SAFETY: `self` proves the features.
-        let (weights, weighted, is_inside) = unsafe {
-            let sheared = |axis: usize, factor: f64, along: __m256d| {
-                _mm256_sub_pd(corners(axis), _mm256_mul_pd(_mm256_set1_pd(factor), along))
-            };
-            let along = corners(kz);
-            let x = sheared(kx, shear[0], along);
-            let y = sheared(ky, shear[1], along);
+        let (weights, along, is_inside) = unsafe {
+            let along = corners_f64(ray, &triangle, kz);
+            let x = sheared_f64(ray, corners_f64(ray, &triangle, kx), along, [kx, kz]);
+            let y = sheared_f64(ray, corners_f64(ray, &triangle, ky), along, [ky, kz]);
             let weights = _mm256_sub_pd(
                 _mm256_mul_pd(before(x), after(y)),
                 _mm256_mul_pd(before(y), after(x)),
@@ -349,16 +350,9 @@ impl Kernel for Avx2 {
             )
         };
         if !is_inside {
-            return intersect_at_border(&triangle, ray);
+            return intersect_at_border(leaf, lane, ray);
         }
-        let [wa, wb, wc] = weights;
-        let scale = 1.0 / (wa + wb + wc);
-        let along = (weighted[0] + weighted[1] + weighted[2]) * scale;
-        Some([
-            (along * rcp_largest) as f32,
-            (wb * scale) as f32,
-            (wc * scale) as f32,
-        ])
+        Some(triangle::weighted_mean(weights, along, ray.dir_f64[kz]))
     }
 
     #[inline(always)]
@@ -458,6 +452,45 @@ unsafe fn cross(ax: __m256, ay: __m256, bx: __m256, by: __m256) -> __m256 {
     unsafe { _mm256_sub_ps(_mm256_mul_ps(ax, by), _mm256_mul_ps(ay, bx)) }
 }
 
+/// A coordinate of the three corners, from the origin.
+///
+/// # Safety
+/// Needs AVX2.
+#[inline(always)]
+unsafe fn corners_f64(ray: &TreeRay, triangle: &LeafTriangle<'_>, axis: usize) -> __m256d {
+    let a = triangle.coordinate(0, axis);
+    let b = triangle.coordinate(1, axis);
+    let c = triangle.coordinate(2, axis);
+    // SAFETY: as the caller promises.
+    unsafe {
+        let origin = _mm256_broadcast_sd(&ray.origin_f64[axis]);
+        _mm256_sub_pd(_mm256_cvtps_pd(_mm_setr_ps(a, b, c, a)), origin)
+    }
+}
+
+/// As in [`triangle::intersect`]: a coordinate of the corners in the plane across the ray, times the
+/// largest component of the direction; `axes` are that coordinate's and the largest one's.
+///
+/// # Safety
+/// Needs AVX2.
+#[inline(always)]
+unsafe fn sheared_f64(
+    ray: &TreeRay,
+    corners: __m256d,
+    along: __m256d,
+    axes: [usize; 2],
+) -> __m256d {
+    // SAFETY: as the caller promises.
+    unsafe {
+        let dir = _mm256_broadcast_sd(&ray.dir_f64[axes[0]]);
+        let dir_largest = _mm256_broadcast_sd(&ray.dir_f64[axes[1]]);
+        _mm256_sub_pd(
+            _mm256_mul_pd(corners, dir_largest),
+            _mm256_mul_pd(dir, along),
+        )
+    }
+}
+
 /// The corner before each: c, a, b.
 ///
 /// # Safety
@@ -496,8 +529,8 @@ unsafe fn first_three(x: __m256d) -> [f64; 3] {
 /// A line through an edge or a corner, as far as `f64` can tell.
 #[cold]
 #[inline(never)]
-fn intersect_at_border(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> Option<[f32; 3]> {
-    triangle::intersect(triangle, ray)
+fn intersect_at_border(leaf: &PairLeaf, lane: usize, ray: &TreeRay) -> Option<[f32; 3]> {
+    triangle::intersect(&leaf.lane(lane), ray)
 }
 
 /// Storage that is neither cleared nor checked.
