@@ -31,6 +31,7 @@ mod functions;
 mod moments;
 mod numbers;
 mod quadrature;
+mod scattering;
 
 pub use chi2::Chi2;
 pub use density::{Comparison, Draw, compare};
@@ -41,3 +42,4 @@ pub use functions::{chi2_survival, normal_two_sided, student_two_sided};
 pub use moments::{Moments, welch_p};
 pub use numbers::uniforms;
 pub use quadrature::integrate;
+pub use scattering::{Scatters, Viewed, asymmetry, project};
