@@ -95,7 +95,12 @@ pub fn compare<D: Domain>(
     let mut cells: Vec<(f64, f64)> = counts
         .iter()
         .enumerate()
-        .map(|(idx, &count)| (count, expected_in_cell(idx, &mut expected_draws)))
+        .map(|(idx, &count)| {
+            (
+                count,
+                expected_in_cell(idx, count > 0.0, &mut expected_draws),
+            )
+        })
         .collect();
     cells.extend(atoms.into_values());
     let mass = cells.iter().map(|(_, expected)| expected).sum::<f64>() / n;
@@ -117,9 +122,20 @@ fn cell_of(at: [f64; 2]) -> usize {
     y * N_CELLS + x
 }
 
-fn expected_in_cell(idx: usize, f: &mut impl FnMut([f64; 2]) -> f64) -> f64 {
+/// Integrates over a cell; in pieces where the whole seems empty and is not.
+fn expected_in_cell(idx: usize, is_reached: bool, f: &mut impl FnMut([f64; 2]) -> f64) -> f64 {
     let corner = [idx % N_CELLS, idx / N_CELLS];
     let edge = |i: usize| i as f64 / N_CELLS as f64;
     let (min, max) = (corner.map(edge), corner.map(|i| edge(i + 1)));
-    integrate(min, max, CELL_TOLERANCE, f)
+    let whole = integrate(min, max, CELL_TOLERANCE, f);
+    if whole > 0.0 || !is_reached {
+        return whole;
+    }
+    const N_PIECES: usize = 8;
+    let size = 1.0 / (N_CELLS * N_PIECES) as f64;
+    let pieces = (0..N_PIECES * N_PIECES).map(|i| [i % N_PIECES, i / N_PIECES]);
+    pieces
+        .map(|[x, y]| [min[0] + x as f64 * size, min[1] + y as f64 * size])
+        .map(|min| integrate(min, min.map(|c| c + size), 0.1 * CELL_TOLERANCE, f))
+        .sum()
 }

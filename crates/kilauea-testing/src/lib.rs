@@ -32,6 +32,7 @@ mod moments;
 mod numbers;
 mod quadrature;
 mod scattering;
+mod tile_file;
 
 pub use chi2::Chi2;
 pub use density::{Comparison, Draw, compare};
@@ -41,5 +42,6 @@ pub use family::Family;
 pub use functions::{chi2_survival, normal_two_sided, student_two_sided};
 pub use moments::{Moments, welch_p};
 pub use numbers::uniforms;
-pub use quadrature::integrate;
+pub use quadrature::{integrate, integrate_over};
 pub use scattering::{Scatters, Viewed, asymmetry, project};
+pub use tile_file::TileFile;

@@ -3,15 +3,14 @@ use std::collections::BTreeMap;
 use kilauea_bsdf::{Bsdf, BsdfEval, BsdfSample};
 use kilauea_math::{Spectrum, Vec2, Vec3, warp};
 
-use crate::{Comparison, Directions, Domain, Draw, Moments, compare, integrate, uniforms};
+use crate::{Comparison, Directions, Draw, Moments, compare, integrate_over, uniforms};
 
 /// Directions drawn for each test.
 const N_DRAWS: u32 = 20_000;
 /// Half of the chart of directions is this close to the mirror direction, in radians: of the lobes
 /// of all roughnesses, none is smaller than a cell.
 const LOBE_ANGLE: f64 = 0.2;
-/// Cells along each coordinate, where what is scattered is integrated.
-const N_CELLS: usize = 24;
+/// Error of what is scattered into a cell.
 const CELL_TOLERANCE: f64 = 3e-6;
 /// Of the sum of all cells.
 const QUADRATURE_ERROR: f64 = 3e-4;
@@ -80,19 +79,8 @@ impl<B: Scatters> Viewed<'_, B> {
 
     /// The integral of the value.
     pub fn smooth_albedo(&self) -> f64 {
-        let directions = self.directions();
-        let mut scattered = |at| {
-            let (wi, measure) = directions.point(at);
-            project(self.bsdf.eval(self.wo, wi).total()) * measure
-        };
-        let edge = |i: usize| i as f64 / N_CELLS as f64;
-        (0..N_CELLS * N_CELLS)
-            .map(|idx| [idx % N_CELLS, idx / N_CELLS])
-            .map(|cell| {
-                let max = cell.map(|i| edge(i + 1));
-                integrate(cell.map(edge), max, CELL_TOLERANCE, &mut scattered)
-            })
-            .sum()
+        let scattered = |wi| project(self.bsdf.eval(self.wo, wi).total());
+        integrate_over(&self.directions(), CELL_TOLERANCE, scattered)
     }
 
     /// What all delta lobes scatter; they are as many as evenly spaced choices of a lobe show.
