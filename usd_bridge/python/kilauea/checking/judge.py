@@ -134,16 +134,20 @@ def _noise(noise: Noise, margin: float) -> Finding:
 
 def _power(light: Light, criteria: Criteria) -> Finding:
     of_image = float(light.image.detectable.max())
-    of_tiles = float(np.quantile(light.tiles.detectable, TILES_COVERED))
+    of_tiles = float(np.quantile(light.tiles.detectable, TILES_COVERED, method="higher"))
     is_enough = of_image <= criteria.image_bias and of_tiles <= criteria.tile_bias
     summary = (
-        f"would have found {_share(of_image)} in the image and {_share(of_tiles)} in "
-        f"{100.0 * TILES_COVERED:g} % of the tiles, with probability {criteria.power:g}; "
-        f"wanted {_share(criteria.image_bias)} and {_share(criteria.tile_bias)}"
+        f"a bias of {_share(of_image)} in the image{_wanted(criteria.image_bias)} and of "
+        f"{_share(of_tiles)} in {100.0 * TILES_COVERED:g} % of the tiles"
+        f"{_wanted(criteria.tile_bias)} would be found with probability {criteria.power:g}"
     )
     verdict = Verdict.PASS if is_enough else Verdict.INCONCLUSIVE
     return Finding("power", "What it could have found", verdict, summary)
 
 
 def _share(share: float) -> str:
-    return f"{100.0 * share:.2g} %" if math.isfinite(share) else "anything"
+    return f"{100.0 * share:.2g} %" if math.isfinite(share) else "any size"
+
+
+def _wanted(bias: float) -> str:
+    return f" (wanted: {100.0 * bias:g} %)" if math.isfinite(bias) else ""

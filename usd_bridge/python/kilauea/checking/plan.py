@@ -33,7 +33,9 @@ def samples_wanted(light: Light, samples: int, criteria: Criteria) -> float:
     """
     is_stored = not isinstance(light.reference, Batches)
     of_image = _growth(light.image, criteria.image_bias, is_stored).max()
-    of_tiles = np.quantile(_growth(light.tiles, criteria.tile_bias, is_stored), TILES_COVERED)
+    of_tiles = np.quantile(
+        _growth(light.tiles, criteria.tile_bias, is_stored), TILES_COVERED, method="higher"
+    )
     return samples * float(max(of_image, of_tiles))
 
 

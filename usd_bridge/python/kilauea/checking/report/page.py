@@ -110,9 +110,10 @@ def _worst_tiles(tests: BiasTest) -> str:
     rows = ["<tr><th>column, row</th><th></th><th>difference</th><th>t</th><th>p</th></tr>"]
     for row, column in zip(*np.unravel_index(order, strength.shape), strict=True):
         at = (row, column, worst[row, column])
+        difference = percent(float(tests.difference[at]))
         rows.append(
             f"<tr><td>{column}, {row}</td><td>{'RGB'[worst[row, column]]}</td>"
-            f"<td>{percent(float(tests.difference[at]))} ± {100.0 * tests.half_width[at]:.2f} %</td>"
+            f"<td>{difference} ± {100.0 * tests.half_width[at]:.2f} %</td>"
             f"<td>{tests.t[at]:+.1f}</td><td>{tests.p[at]:.2g}</td></tr>"
         )
     return "".join(rows)
