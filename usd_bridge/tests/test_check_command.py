@@ -152,7 +152,11 @@ def no_image(folder: Path) -> Path:
     [
         ([DISK, "--against", "missing.exr"], 2, "missing.exr does not exist"),
         ([DISK, "--against", no_image], 2, "broken.exr"),
-        ([DISK, "--against", REFERENCE, "-r", "64", "48"], 2, "resolution [48, 48]"),
+        (
+            [DISK, "--against", REFERENCE, "-r", "64", "48"],
+            2,
+            "resolution of 48x48, which is not 64x48",
+        ),
         ([DISK, "--against", REFERENCE, "--max-depth", "3"], 2, "max depth 16, which is not 3"),
         (["missing.usda", "--against", REFERENCE], 3, "missing.usda"),
         ([DISK, "--against", REFERENCE, "--frames", "1:3"], 2, "one frame, not 3"),

@@ -148,6 +148,12 @@ def _frame(args: argparse.Namespace, stored: Reference | None, verbosity: int) -
         options = dataclasses.replace(options, resolution=tuple(stored.settings["resolution"]))
     frame = interrupt.run(lambda: stage.flatten(options))
     request.report(frame, args.strict, verbosity)
+    width, height = (DEFAULTS | frame.settings)["resolution"]
+    if stored and [width, height] != stored.settings["resolution"]:
+        raise CannotCheckError(
+            f"{args.against} has a resolution of {_size(stored.settings['resolution'])}, "
+            f"which is not {width}x{height}"
+        )
     return frame
 
 
@@ -163,10 +169,10 @@ def _settings(args: argparse.Namespace, stored: Reference | None) -> dict[str, A
         "filter": args.filter,
         "filter_radius": args.filter_radius,
         "max_depth": args.max_depth,
-        "resolution": args.res,
     }
     asked = {name: value for name, value in asked.items() if value is not None}
     known = dict(stored.settings) if stored else {}
+    known.pop("resolution", None)
     for name, value in asked.items():
         if known.get(name, value) != value:
             raise CannotCheckError(
@@ -174,11 +180,13 @@ def _settings(args: argparse.Namespace, stored: Reference | None) -> dict[str, A
                 f"which is not {value}"
             )
     settings = {"filter": "box", **known, **asked, "threads": request.n_threads(args.threads)}
-    if args.image_width:
-        settings.pop("resolution", None)
     if args.texture_memory is not None:
         settings["texture_memory_bytes"] = args.texture_memory << 20
     return settings
+
+
+def _size(resolution: list[int]) -> str:
+    return "x".join(map(str, resolution))
 
 
 def _reference_source(frame: Frame, options: RenderOptions, stored: Reference | None) -> Source:
@@ -188,13 +196,12 @@ def _reference_source(frame: Frame, options: RenderOptions, stored: Reference | 
 def _subject(
     frame: Frame, outcome: Outcome, settings: dict[str, Any], stored: Reference | None
 ) -> Subject:
-    shown = ("resolution", "filter", "filter_radius", "max_depth", "pixel_aspect_ratio")
     faults = [*(f"missing: {m}" for m in frame.missing), *frame.warnings, *frame.notes]
     return Subject(
         stage=frame.stage,
         frame=frame.time,
         command=shlex.join(["kilauea", *sys.argv[1:]]),
-        settings={name: settings[name] for name in shown if settings.get(name) is not None},
+        settings={name: settings[name] for name in SETTINGS if settings.get(name) is not None},
         versions={
             "ours": outcome.light.ours.engine,
             "reference": outcome.light.reference.engine,

@@ -24,7 +24,8 @@ class Noise:
     over_claim: float | None
     """Between the seeds, over what a render's `variance` layer says. Seeds or samples repeat."""
     over_fewer_samples: float | None
-    """Times the samples, over the same with fewer samples. Samples repeat after some number."""
+    """That ratio over the same with fewer samples. Samples repeat after some number. Both parts of
+    the ratio grow alike where rare paths show only among many samples."""
     over_pixels: float | None
     """Of tiles, over that of independent pixels. Pixels repeat each other's samples."""
     has_equal_seeds: bool
@@ -39,39 +40,43 @@ class Noise:
 
 def measure_noise(batches: Batches, fewer: Batches | None, tile: int) -> Noise:
     """Measure the noise of our batches; `fewer` has fewer samples in each."""
-    variance = _tile_variance(batches, tile)
-    claimed = batches.claimed_variance
-    claim = (
-        None
-        if claimed is None
-        else tile_means(claimed.astype(np.float64)[:, :, None], tile)[..., 0]
-    )
+    over_claim = _over_claim(batches, tile)
+    before = None if fewer is None else _over_claim(fewer, tile)
     n_pixels = tile_means(np.ones((*batches.mean.shape[:2], 1)), tile, total=True)[..., 0]
     of_tile_means = _luminance(tile_means(batches.images, tile)).var(axis=0, ddof=1)
-    growth = None
-    if fewer is not None and fewer.samples_per_batch < batches.samples_per_batch:
-        factor = batches.samples_per_batch / fewer.samples_per_batch
-        growth = _ratio(factor * variance, _tile_variance(fewer, tile), batches)
     return Noise(
-        over_claim=None if claim is None else _ratio(variance, claim, batches),
-        over_fewer_samples=growth,
-        over_pixels=_ratio(of_tile_means * n_pixels, variance, batches),
-        has_equal_seeds=claim is not None and _has_equal_seeds(batches, claim),
+        over_claim=over_claim,
+        over_fewer_samples=over_claim / before if over_claim and before else None,
+        over_pixels=_ratio(of_tile_means * n_pixels, _tile_variance(batches, tile), batches),
+        has_equal_seeds=_has_equal_seeds(batches),
     )
 
 
-def _has_equal_seeds(batches: Batches, claim: Floats) -> bool:
-    is_noisy = claim.mean() > (LEAST_NOISE * _luminance(batches.mean).mean()) ** 2
-    return bool(is_noisy) and bool((batches.images == batches.images[0]).all())
+def _over_claim(batches: Batches, tile: int) -> float | None:
+    claimed = batches.claimed_variance
+    if claimed is None:
+        return None
+    expected = tile_means(claimed[:, :, None], tile)[..., 0]
+    return _ratio(_tile_variance(batches, tile), expected, batches)
+
+
+def _has_equal_seeds(batches: Batches) -> bool:
+    claimed = batches.claimed_variance
+    if claimed is None or claimed.mean() <= _least_variance(batches):
+        return False
+    return bool((batches.images == batches.images[0]).all())
 
 
 def _ratio(variance: Floats, expected: Floats, batches: Batches) -> float | None:
     """Return the median ratio over the tiles with noise: single fireflies do not move it."""
-    least = (LEAST_NOISE * _luminance(batches.mean).mean()) ** 2
-    is_noisy = expected > least
+    is_noisy = expected > _least_variance(batches)
     if not is_noisy.any():
         return None
     return float(np.median(variance[is_noisy] / expected[is_noisy]))
+
+
+def _least_variance(batches: Batches) -> float:
+    return float((LEAST_NOISE * _luminance(batches.mean).mean()) ** 2)
 
 
 def _tile_variance(batches: Batches, tile: int) -> Floats:

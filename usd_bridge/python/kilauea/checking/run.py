@@ -65,7 +65,8 @@ def run_check(
         light = one_round(samples)
         rounds.append(light.ours.samples_per_pixel)
     shape = compare_shape(light, criteria)
-    noise = measure_noise(light.ours, first.ours, light.tile)
+    fewer = first.ours if light is not first else None
+    noise = measure_noise(light.ours, fewer, light.tile)
     findings = judge(light, shape, noise, criteria)
     return Outcome(criteria, light, shape, noise, findings, rounds)
 

@@ -21,6 +21,7 @@ from kilauea.output import partial_name
 
 _MEAN = ("R", "G", "B")
 _VARIANCE = ("variance.R", "variance.G", "variance.B")
+_LARGEST_HALF = 65504.0
 SETTINGS = ("resolution", "filter", "filter_radius", "max_depth", "pixel_aspect_ratio")
 """What must be the same for two images to mean the same."""
 
@@ -42,7 +43,7 @@ def write_reference(file: Path, image: NoisyImage, n: int, header: dict[str, Any
     spec = oiio.ImageSpec(width, height, 6, oiio.FLOAT)
     spec.channelnames = (*_MEAN, *_VARIANCE)
     # A variance is known to some tens of percent: 16 bits hold it, if scaled into their range.
-    scale = float(image.pixel_variance.max()) or 1.0
+    scale = float(image.pixel_variance.max()) / _LARGEST_HALF or 1.0
     spec.channelformats = (oiio.FLOAT,) * 3 + (oiio.HALF,) * 3
     spec.attribute("compression", "zip")
     record = {
