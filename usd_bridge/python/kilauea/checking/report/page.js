@@ -42,4 +42,5 @@ document.addEventListener("keydown", (event) => {
     flip();
   }
 });
-show("flip");
+const asked = location.hash.slice(1);
+show(buttons.some((button) => button.dataset.mode === asked) ? asked : "flip");

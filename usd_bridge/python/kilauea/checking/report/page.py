@@ -30,12 +30,6 @@ DIFFERENCE_SHOWN = 0.2
 """Relative difference of a pixel that has the strongest colours."""
 FLIP_SHOWN = 0.3
 _TILES_LISTED = 8
-_SENTENCES = {
-    Verdict.PASS: "No difference beyond the margins, with enough samples to have found one.",
-    Verdict.FAIL: "Ours differs from the reference beyond the margins.",
-    Verdict.INCONCLUSIVE: "No difference was found, but there were too few samples to find the "
-    "biases that must not go unnoticed.",
-}
 
 
 def as_page(outcome: Outcome, subject: Subject) -> str:
@@ -47,7 +41,7 @@ def as_page(outcome: Outcome, subject: Subject) -> str:
     return _template("page.html").substitute(
         verdict=verdict.value,
         title=escape(PurePath(subject.stage).name),
-        sentence=_SENTENCES[verdict],
+        sentence=escape(_sentence(outcome)),
         subtitle=escape(f"{ours.engine} against {reference.engine}, {subject.date}"),
         css=_template("page.css").substitute(
             diverging=_gradient(DIVERGING), sequential=_gradient(SEQUENTIAL)
@@ -73,6 +67,18 @@ def as_page(outcome: Outcome, subject: Subject) -> str:
         settings=_pairs({**subject.settings, **subject.versions, **_machine(subject)}),
         command=escape(subject.command),
     )
+
+
+def _sentence(outcome: Outcome) -> str:
+    if outcome.verdict is Verdict.PASS:
+        return "No difference beyond the margins, with enough samples to have found one."
+    if outcome.verdict is Verdict.INCONCLUSIVE:
+        return (
+            "No difference was found, but there were too few samples to find the biases that must "
+            "not go unnoticed."
+        )
+    failed = [f.title.lower() for f in outcome.findings if f.verdict is Verdict.FAIL]
+    return f"Beyond the margins: {', '.join(failed)}."
 
 
 def _template(name: str) -> Template:
