@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 STAGE := tests/scenes/cornell_box/cornell-box.usda
 
-.PHONY: install render describe test test-rust test-loom test-python check lint bench clean
+.PHONY: install render describe references test test-rust test-loom test-python check lint bench clean
 
 $(BIN)/python:
 	$(PYTHON) -m venv .venv
@@ -20,6 +20,12 @@ render: install
 # Writes what is generated from the shaders' declarations; a test fails where it is stale.
 describe:
 	cargo run --quiet -p shaders --example describe
+
+# What the tests of `kilauea check` compare with, by Cycles: an hour of work for one core.
+references: install
+	$(BIN)/kilauea check tests/scenes/box_rect_light.usda -r 48 48 -p 8192 --write-reference tests/references/box_rect_light.exr
+	$(BIN)/kilauea check tests/scenes/focused_disk.usda -r 48 48 -p 8192 --write-reference tests/references/focused_disk.exr
+	$(BIN)/kilauea check tests/scenes/shader_balls.usda -r 72 36 -p 8192 --write-reference tests/references/shader_balls.exr
 
 test: test-rust test-loom test-python
 

@@ -92,6 +92,9 @@ def _parser(command: str) -> _MainParser:
     compare.add_argument("a", metavar="A.exr")
     compare.add_argument("b", metavar="B.exr")
     add_render_options(add("reference", _reference, "render a stage with Cycles"))
+    check = add("check", _check, "hold a stage against Cycles or an image, with a verdict")
+    if command == "check":
+        _optional("kilauea.check", "check").add_arguments(check)
     bench = add("bench", _bench, "measure speed and error")
     if command == "bench":
         _optional("kilauea.bench", "bench").add_arguments(bench)
@@ -182,6 +185,10 @@ def _reference(args: argparse.Namespace) -> int:
     args.stage = request.stage_path(args)
     args.output = args.output or args.positional_output
     return _optional("kilauea.reference", "reference").main(args)
+
+
+def _check(args: argparse.Namespace) -> int:
+    return _optional("kilauea.check", "check").main(args)
 
 
 def _bench(args: argparse.Namespace) -> int:

@@ -18,7 +18,7 @@ from kilauea.clock import process_age
 from kilauea.environments import CYCLES, checked, pipeline_script
 from kilauea.errors import KilaueaError, UsageError
 from kilauea.payload import Frame
-from kilauea.render import DEFAULTS, MAX_CHUNK_TRIANGLES, RenderOptions, native, settings_record
+from kilauea.render import DEFAULTS, RenderOptions, build_scene, native, settings_record
 
 
 def main(args: argparse.Namespace) -> int:
@@ -85,13 +85,8 @@ def export_frame(frame: Frame, options: RenderOptions, folder: Path) -> dict[str
     """Assemble a frame as for rendering and write it down; returns the settings used."""
     engine = native()
     settings = settings_record(frame, options)
-    build_options = {
-        "resolution": settings["resolution"],
-        "max_subdivision_level": options.max_subdivision_level,
-        "max_chunk_triangles": MAX_CHUNK_TRIANGLES,
-    }
+    scene = build_scene(frame, options)
     try:
-        scene = interrupt.run(lambda: engine.build_scene(frame, json.dumps(build_options)))
         interrupt.run(lambda: scene.export(str(folder), json.dumps({**DEFAULTS, **settings})))
     except (engine.SceneError, engine.RenderError) as error:
         raise KilaueaError(str(error)) from None
