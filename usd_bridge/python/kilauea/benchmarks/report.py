@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import platform
+import time
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ def machine() -> dict[str, Any]:
         "system": platform.platform(),
         "python": platform.python_version(),
         "load_average": os.getloadavg()[0],
+        "date": time.strftime("%Y-%m-%d"),
     }
 
 
@@ -37,6 +39,16 @@ def print_table(rows: list[dict[str, Any]]) -> None:
     widths = [max(len(row[i]) for row in cells) for i in range(len(columns))]
     for row in cells:
         print("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
+
+
+def markdown_table(rows: list[dict[str, Any]]) -> str:
+    """Return rows as a Markdown table with the columns of the first."""
+    if not rows:
+        return ""
+    columns = list(rows[0])
+    cells = [columns, ["---"] * len(columns)]
+    cells += [[_cell(row.get(column)) for column in columns] for row in rows]
+    return "".join(f"| {' | '.join(line)} |\n" for line in cells)
 
 
 def _cell(value: Any) -> str:
