@@ -8,15 +8,15 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from kilauea.benchmarks import plot, strips
+from kilauea.benchmarks import error_tables, plot, strips
 from kilauea.benchmarks.converged import Effort, converged
 from kilauea.benchmarks.engines import render
 from kilauea.benchmarks.job import Job
 from kilauea.benchmarks.measurement import Measurement
 from kilauea.benchmarks.options import add_engine_options, settings_of
-from kilauea.benchmarks.pace import Pace, pilot
+from kilauea.benchmarks.pace import CLOCKS, Pace, pilot
 from kilauea.benchmarks.reference import find_references
-from kilauea.benchmarks.report import markdown_table, print_table, write_json
+from kilauea.benchmarks.report import print_table, write_json
 from kilauea.benchmarks.summary import summarise
 from kilauea.errors import KilaueaError
 
@@ -33,6 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[2.0, 5.0, 10.0, 30.0],
         metavar="S,S",
         help="seconds of the whole command, load included",
+    )
+    parser.add_argument(
+        "--clock", choices=CLOCKS, default="wall", help="of --times; cpu where others work too"
     )
     parser.add_argument(
         "-p", "--pixel-samples", type=_positive_numbers, metavar="N,N", help="instead of times"
@@ -78,7 +81,7 @@ def measure_stage(
     job = Job.prepare(
         stage, folder, settings_of(args), image_width=args.width, materials=not args.clay
     )
-    paces, skipped, notes = find_paces(job, args.engines)
+    paces, skipped, notes = find_paces(job, args.engines, args.clock)
     effort = Effort(args.reference_time, args.reference_seeds)
     references = find_references(
         list(paces), lambda engine: converged(job, engine, paces[engine], effort)
@@ -95,6 +98,7 @@ def measure_stage(
         "resolution": job.settings["resolution"],
         "max_depth": job.settings["max_depth"],
         "materials": not args.clay,
+        "clock": args.clock,
         "skipped": skipped,
         "notes": notes,
         "reference": references.record(),
@@ -103,7 +107,7 @@ def measure_stage(
 
 
 def find_paces(
-    job: Job, names: list[str]
+    job: Job, names: list[str], clock: str
 ) -> tuple[dict[str, Pace], dict[str, str], dict[str, list[str]]]:
     """Try each engine: the pace of those that can render the job, reasons for the others."""
     paces: dict[str, Pace] = {}
@@ -111,12 +115,13 @@ def find_paces(
     notes: dict[str, list[str]] = {}
     for engine in names:
         try:
-            run = pilot(lambda samples, engine=engine: render(engine, job, samples, PILOT_SEED))
+            paces[engine], run = pilot(
+                lambda samples, engine=engine: render(engine, job, samples, PILOT_SEED), clock
+            )
         except KilaueaError as error:
             skipped[engine] = str(error)
             print(f"kilauea: {job.name}: {engine}: {error}", file=sys.stderr)
             continue
-        paces[engine] = Pace.of(run)
         if run.warnings:
             notes[engine] = run.warnings
     return paces, skipped, notes
@@ -127,7 +132,7 @@ def report(rows: list[dict[str, Any]], args: argparse.Namespace) -> None:
     summary = summarise(rows)
     print_table(summary)
     if args.table:
-        args.table.write_text(markdown_table(summary), encoding="utf-8")
+        args.table.write_text(error_tables.comparison({"summary": summary}), encoding="utf-8")
     if args.plot and rows:
         plot.write(rows, args.plot)
 

@@ -31,7 +31,7 @@ class Measurement:
     job: Job
     references: References
     paces: dict[str, Pace]
-    """Of the engines that take part; each run brings its engine's up to date."""
+    """Of the engines that take part."""
     skipped: dict[str, str]
     """Reasons why engines take no part, or not any more."""
     rows: list[dict[str, Any]] = field(default_factory=list)
@@ -68,7 +68,6 @@ class Measurement:
                     self.skipped[engine] = str(error)
                     del self.paces[engine]
                     continue
-                self.paces[engine] = Pace.of(run)
                 runs[engine].append(run)
         for engine, found in runs.items():
             if len(found) == seeds:

@@ -41,16 +41,6 @@ def print_table(rows: list[dict[str, Any]]) -> None:
         print("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)))
 
 
-def markdown_table(rows: list[dict[str, Any]]) -> str:
-    """Return rows as a Markdown table with the columns of the first."""
-    if not rows:
-        return ""
-    columns = list(rows[0])
-    cells = [columns, ["---"] * len(columns)]
-    cells += [[_cell(row.get(column)) for column in columns] for row in rows]
-    return "".join(f"| {' | '.join(line)} |\n" for line in cells)
-
-
 def _cell(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.4g}"
