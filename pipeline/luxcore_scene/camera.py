@@ -45,7 +45,8 @@ def render_properties(
     settings = scene.settings
     if settings["filter"] != "box" or settings.get("filter_radius") not in (None, 0.5):
         raise UnsupportedError("pixel filters other than a box of one pixel")
-    depth = settings["max_depth"]
+    # LuxCore counts the camera's segment too.
+    depth = settings["max_depth"] + 1
     return {
         "renderengine.type": "PATHCPU",
         "renderengine.seed": seed + 1,
