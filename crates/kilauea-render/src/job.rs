@@ -181,10 +181,16 @@ impl Frame {
             let n = outcome.counts.invalid;
             warnings.push(format!("{n} rays could not be traced and hit nothing"));
         }
+        let geometry = &prepared.geometry;
+        warnings.extend(outcome.faults.lines(|at| {
+            let prim = scene.prim_path(geometry.ids(at).0.cast_unsigned());
+            format!(", on {prim} of material {}", geometry.material_path(at))
+        }));
         let stats = RenderStats {
             samples_per_pixel: samples as f64 / self.n_pixels.max(1) as f64,
             samples,
             invalid_samples: self.film.n_invalid(),
+            invalid_samples_by_step: outcome.faults.counts(),
             invalid_rays: outcome.counts.invalid,
             times: Times {
                 build: prepared.build_secs,
@@ -206,6 +212,7 @@ impl Frame {
                 tiles_total: tiles.tiles_total,
                 tiles_loaded: tiles.tiles_loaded,
                 bytes_read: tiles.bytes_read,
+                values_replaced: tiles.values_replaced,
             },
             scene: SceneSize {
                 placements: prepared.geometry.n_placements() as u64,

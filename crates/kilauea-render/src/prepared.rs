@@ -72,8 +72,7 @@ impl PreparedScene {
         }
         let lights = Lights::new(&scene, &geometry, &textures);
         for prim_idx in lights.unsampled_prims() {
-            let path = scene.prim_paths.get(prim_idx as usize);
-            let path = path.map_or("<unknown prim>", String::as_str);
+            let path = scene.prim_path(prim_idx);
             let what = "emits and moves: its light is found by chance only";
             warnings.push(format!("{path}: {what}"));
         }

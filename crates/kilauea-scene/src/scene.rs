@@ -32,6 +32,12 @@ impl Scene {
         self.check_lights()
     }
 
+    /// The path of a prim by its primId.
+    pub fn prim_path(&self, prim_idx: u32) -> &str {
+        let path = self.prim_paths.get(prim_idx as usize);
+        path.map_or("<unknown prim>", String::as_str)
+    }
+
     /// Bytes of all chunk arrays.
     pub fn n_bytes(&self) -> usize {
         self.prototypes.iter().map(Prototype::n_bytes).sum()
