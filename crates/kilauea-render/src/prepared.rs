@@ -64,12 +64,7 @@ impl PreparedScene {
                 warnings.push(format!("{}: {remark}", material.path));
             }
         }
-        let n_rejected = geometry.accel().n_rejected();
-        if n_rejected > 0 {
-            warnings.push(format!(
-                "{n_rejected} degenerate surfaces or placements were left out"
-            ));
-        }
+        warnings.extend(geometry.left_out());
         let lights = Lights::new(&scene, &geometry, &textures);
         for prim_idx in lights.unsampled_prims() {
             let path = scene.prim_path(prim_idx);

@@ -29,7 +29,8 @@ impl Scene {
         check_prototypes(self)?;
         self.check_acyclic()?;
         self.check_materials()?;
-        self.check_lights()
+        self.check_lights()?;
+        self.camera.check()
     }
 
     /// The path of a prim by its primId.

@@ -5,6 +5,7 @@ mod curve;
 mod flatten;
 mod interaction;
 pub(crate) mod keys;
+mod left_out;
 mod locate;
 mod placed;
 mod shape_point;
@@ -25,6 +26,7 @@ use accel_input::accel_geometry;
 use flatten::{Flattened, flatten};
 pub(crate) use interaction::Interaction;
 pub use interaction::View;
+use left_out::LeftOut;
 use locate::Chunk;
 pub(crate) use locate::PrimitiveRef;
 use locate::PrototypeIndex;
@@ -34,6 +36,7 @@ use placed::Placed;
 pub struct Geometry {
     scene: Arc<Scene>,
     accel: Accel,
+    left_out: LeftOut,
     shaders: Vec<Shader>,
     placements: Vec<Placed>,
     /// By prototype.
@@ -64,9 +67,11 @@ impl Geometry {
             ..BuildOptions::default()
         };
         let accel = Accel::build(&geometries, &accel_placements, &options);
+        let left_out = LeftOut::of(&accel, &geometries, &placements, &scene);
         drop(geometries);
         Ok(Self {
             accel,
+            left_out,
             shaders,
             placements,
             prototypes: scene.prototypes.iter().map(PrototypeIndex::new).collect(),
@@ -79,6 +84,11 @@ impl Geometry {
     /// The acceleration structure.
     pub fn accel(&self) -> &Accel {
         &self.accel
+    }
+
+    /// What the tree leaves out, in a line that names prims; none where it has everything.
+    pub fn left_out(&self) -> Option<String> {
+        self.left_out.line(&self.scene)
     }
 
     /// Shaders by material.
