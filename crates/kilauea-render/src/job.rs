@@ -67,12 +67,23 @@ impl RenderJob {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             n => n as usize,
         };
+        let needs = if settings.specialize {
+            SceneNeeds {
+                surface_layers: film.aovs().iter().copied().any(describes_surface),
+                ..prepared.needs
+            }
+        } else {
+            SceneNeeds::ALL
+        };
+        let needs = needs
+            .with(&settings.general)
+            .map_err(|name| RenderError::Setting {
+                name: "general",
+                value: name.to_owned(),
+                reason: "no feature has that name",
+            })?;
         let frame = Arc::new(Frame {
-            needs: if settings.specialize {
-                prepared.needs
-            } else {
-                SceneNeeds::ALL
-            },
+            needs,
             filter: Filter::new(settings.filter, settings.filter_radius),
             camera: RayGenerator::new(&scene.camera, settings.resolution, scene.origin_world),
             sampler: SamplerTables::new(
@@ -150,6 +161,22 @@ impl RenderJob {
         let frame = Arc::into_inner(self.frame)
             .ok_or_else(|| RenderError::Panic("a thread still holds the frame".into()))?;
         frame.into_result()
+    }
+}
+
+/// Whether a layer holds what the first hit is like.
+fn describes_surface(aov: Aov) -> bool {
+    match aov {
+        Aov::N | Aov::P | Aov::Albedo | Aov::PrimId | Aov::InstanceId => true,
+        Aov::Beauty
+        | Aov::Z
+        | Aov::DirectDiffuse
+        | Aov::IndirectDiffuse
+        | Aov::DirectSpecular
+        | Aov::IndirectSpecular
+        | Aov::Emission
+        | Aov::SampleCount
+        | Aov::Variance => false,
     }
 }
 

@@ -46,22 +46,24 @@ impl LeftOut {
         if self.n_all == 0 {
             return None;
         }
-        let mut line = format!(
-            "{} degenerate surfaces or placements were left out",
-            self.n_all
-        );
         let named = self.triangles.iter().take(MAX_PRIMS);
-        let named: Vec<String> = named
+        let mut named: Vec<String> = named
             .map(|(&prim, n)| format!("{} {n}", scene.prim_path(prim)))
             .collect();
-        if !named.is_empty() {
-            line += "; triangles without area or out of range: ";
-            line += &named.join(", ");
-        }
         let n_more = self.triangles.len() - named.len();
         if n_more > 0 {
-            line += &format!(" and {n_more} more prims");
+            named.push(format!("and {n_more} more prims"));
         }
-        Some(line)
+        let triangles = match &named[..] {
+            [] => String::new(),
+            _ => format!(
+                "; triangles without area or out of range: {}",
+                named.join(", ")
+            ),
+        };
+        let n = self.n_all;
+        Some(format!(
+            "{n} degenerate surfaces or placements were left out{triangles}"
+        ))
     }
 }

@@ -22,6 +22,7 @@ use kilauea_texture::TextureStore;
 use shaders::Shader;
 
 use crate::RenderError;
+use crate::prepared::PrepareOptions;
 use accel_input::accel_geometry;
 use flatten::{Flattened, flatten};
 pub(crate) use interaction::Interaction;
@@ -48,8 +49,8 @@ pub struct Geometry {
 
 impl Geometry {
     /// Flattens the prototype graph, compiles the shaders and builds the tree, at the quality that
-    /// pays for `n_camera_samples`.
-    pub fn build(scene: Arc<Scene>, n_camera_samples: u64) -> Result<Self, RenderError> {
+    /// pays for the camera samples.
+    pub fn build(scene: Arc<Scene>, options: &PrepareOptions) -> Result<Self, RenderError> {
         let shaders: Vec<Shader> = scene
             .materials
             .iter()
@@ -62,11 +63,12 @@ impl Geometry {
             n_instances,
         } = flatten(&scene, &shaders);
         let geometries: Vec<_> = scene.prototypes.iter().map(accel_geometry).collect();
-        let options = BuildOptions {
-            quality: tree_quality(&scene, n_camera_samples),
+        let build_options = BuildOptions {
+            quality: tree_quality(&scene, options.n_camera_samples),
+            specialize: options.specialize_rays,
             ..BuildOptions::default()
         };
-        let accel = Accel::build(&geometries, &accel_placements, &options);
+        let accel = Accel::build(&geometries, &accel_placements, &build_options);
         let left_out = LeftOut::of(&accel, &geometries, &placements, &scene);
         drop(geometries);
         Ok(Self {

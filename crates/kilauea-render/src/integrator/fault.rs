@@ -141,7 +141,7 @@ impl Faults {
                 column,
                 sample,
             } = id;
-            let at = fault.at.map_or_else(String::new, |at| place(at));
+            let at = fault.at.map_or_else(String::new, &place);
             format!(
                 "{} samples are black because their {} was not finite; the first in pixel \
                  ({column}, {row}), sample {sample}, after {} bounces{at}",

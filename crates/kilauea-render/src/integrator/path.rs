@@ -274,7 +274,10 @@ impl<const CUTOUTS: bool, W: Watch> PathIntegrator<'_, CUTOUTS, W> {
             path.add_emitted(out, depth, &emitted);
         }
         if depth == 0 {
-            self.describe_surface(out, &interaction);
+            out.alpha = 1.0;
+            if self.needs.surface_layers {
+                self.describe_surface(out, &interaction);
+            }
         }
         if depth == self.max_depth {
             return Vertex::END;
@@ -287,7 +290,7 @@ impl<const CUTOUTS: bool, W: Watch> PathIntegrator<'_, CUTOUTS, W> {
         let bsdf = bsdf.seen_from(surface.wo);
         self.watch
             .see(Step::Bsdf, depth, at, || bsdf.albedo().is_finite());
-        if depth == 0 {
+        if depth == 0 && self.needs.surface_layers {
             out.albedo = bsdf.albedo();
         }
         path.throughput.advance(depth);
@@ -304,6 +307,10 @@ impl<const CUTOUTS: bool, W: Watch> PathIntegrator<'_, CUTOUTS, W> {
         } else {
             None
         };
+        // All that the last ray could find is light.
+        if depth + 1 == self.max_depth && !self.needs.met_lights() {
+            return Vertex { direct, next: None };
+        }
         let is_alive = path.scatter(depth, &interaction, &bsdf, receiver, sampler);
         self.see_scattered(depth, at, path);
         let next = is_alive.then(|| cx.ask(closest::<CUTOUTS>(&path.ray, sampler, depth + 1)));
@@ -325,8 +332,7 @@ impl<const CUTOUTS: bool, W: Watch> PathIntegrator<'_, CUTOUTS, W> {
         P: Program<Question = Question, Answer = Answer>,
         C: Context<P>,
     {
-        // A single light needs no choice.
-        let u_choice = if self.lights.len() > 1 {
+        let u_choice = if self.needs.light_choice {
             sampler.pair(Purpose::Choice(depth)).x
         } else {
             0.5
@@ -397,7 +403,6 @@ impl<const CUTOUTS: bool, W: Watch> PathIntegrator<'_, CUTOUTS, W> {
 
     fn describe_surface(&self, out: &mut PixelSample, interaction: &Interaction<'_>) {
         let (prim_id, instance_id) = self.geometry.ids(interaction.at);
-        out.alpha = 1.0;
         out.n = interaction.surface.ns;
         out.p = interaction.surface.p;
         out.prim_id = prim_id;

@@ -146,9 +146,14 @@ impl Lights {
         self.mesh.unsampled()
     }
 
-    /// Whether light comes from infinity.
-    pub fn has_infinite_lights(&self) -> bool {
-        !self.infinite.is_empty()
+    /// Whether rays can meet light that comes from infinity: parallel light has no direction that
+    /// a ray could have by chance.
+    pub fn rays_meet_infinite_lights(&self) -> bool {
+        let is_met = |light: &InfiniteLight| match light {
+            InfiniteLight::Distant(light) => !light.is_delta(),
+            InfiniteLight::Dome(_) => true,
+        };
+        self.infinite.iter().any(is_met)
     }
 
     /// Bytes of the light tree.
