@@ -9,7 +9,7 @@ use kilauea_scene::{Camera, LightShape};
 use kilauea_tests::{Mesh, Picture, Placements, Stage, light, matte};
 
 /// No solids yet: a white sky and one white material.
-pub fn stage(camera: Camera) -> Stage {
+pub(crate) fn stage(camera: Camera) -> Stage {
     let mut stage = Stage::new(camera);
     stage.materials = vec![matte([1.0; 3])];
     stage.lights.push(light(LightShape::Dome, DMat4::IDENTITY));
@@ -17,7 +17,7 @@ pub fn stage(camera: Camera) -> Stage {
 }
 
 /// Adds instances of a mesh.
-pub fn place(stage: &mut Stage, mesh: Mesh, places: Vec<DAffine3>) {
+pub(crate) fn place(stage: &mut Stage, mesh: Mesh, places: Vec<DAffine3>) {
     let prototype = stage.prototypes.len() as u32;
     stage.prototypes.push(format!("/Prototype{prototype}"));
     stage.meshes.push(mesh.in_prototype(prototype));
@@ -32,7 +32,7 @@ pub fn place(stage: &mut Stage, mesh: Mesh, places: Vec<DAffine3>) {
 
 /// Fails where a value is further than `tolerance` from one, or solids cover less than a fraction
 /// of the picture. Returns the largest difference.
-pub fn check(stage: &Stage, cover: f64, tolerance: f32, what: &str) -> f32 {
+pub(crate) fn check(stage: &Stage, cover: f64, tolerance: f32, what: &str) -> f32 {
     let picture = stage.render(|s| {
         s.resolution = [24, 24];
         s.samples_per_pixel = 16;
