@@ -157,8 +157,9 @@ impl<const CUTOUTS: bool, W: Watch> PathIntegrator<'_, CUTOUTS, W> {
             departure: None,
             throughput: Throughput::start(),
         };
-        self.watch
-            .see(Step::CameraRay, 0, None, || path.ray.is_valid());
+        self.watch.see(Step::CameraRay, 0, None, || {
+            path.ray.origin.is_finite() && path.ray.dir.is_finite()
+        });
         counts.camera += 1;
         let mut closest = cx.ask(closest::<CUTOUTS>(&path.ray, sampler, 0));
 
