@@ -13,12 +13,15 @@ use kilauea_spot::{
 };
 
 use crate::RenderError;
-use crate::camera::RayGenerator;
-use crate::integrator::{Answer, Blame, PathIntegrator, Question, RayCounts, RayTracer};
+use crate::camera::{CameraRay, RayGenerator};
+use crate::integrator::{
+    Answer, Blame, Fault, Faults, FirstFault, PathIntegrator, Question, RayCounts, RayTracer,
+    SampleId, Step, Unwatched,
+};
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
 use crate::prepared::PreparedScene;
-use crate::sampler::{Purpose, SamplerTables};
+use crate::sampler::{Purpose, Sampler, SamplerTables};
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
 pub(crate) struct Frame {
@@ -46,6 +49,8 @@ pub(crate) struct Frame {
 pub(crate) struct Outcome {
     pub(crate) has_ended: bool,
     pub(crate) counts: RayCounts,
+    /// Of samples that were not finite.
+    pub(crate) faults: Faults,
     pub(crate) error: Option<RenderError>,
     pub(crate) render_secs: f64,
     /// Highest in any run.
@@ -108,6 +113,7 @@ impl Frame {
                 samples_per_pixel: self.settings.samples_per_pixel,
                 needs: self.needs,
                 blame: &self.blame,
+                watch: Unwatched,
             },
         };
         let tracer = RayTracer::<CUTOUTS> {
@@ -234,14 +240,45 @@ impl<const CUTOUTS: bool> PixelProgram<'_, CUTOUTS> {
                 if exposure != 1.0 {
                     expose(&mut sample, exposure);
                 }
-                frame
+                let is_finite = frame
                     .film
                     .tile(run.tile as usize)
                     .add(pixel_idx as usize, &sample);
+                if !is_finite {
+                    // In a box, as room for it would be in the state of every path.
+                    let fault = Box::pin(self.find_fault(&ray, &sampler, &cx)).await;
+                    let id = SampleId {
+                        row: pixel[1],
+                        column: pixel[0],
+                        sample: sample_idx,
+                    };
+                    frame.lock_outcome().faults.add(id, fault);
+                }
             }
             sampled.n_pixels += 1;
         }
         sampled
+    }
+
+    /// Traces a path again to see where it stopped being finite. Its rays are not counted.
+    #[cold]
+    async fn find_fault<C: Context<Self>>(
+        &self,
+        ray: &CameraRay,
+        sampler: &Sampler<'_>,
+        cx: &C,
+    ) -> Fault {
+        let first = FirstFault::default();
+        let mut counts = RayCounts::default();
+        self.integrator
+            .watched_by(&first)
+            .trace(ray, &self.frame.camera, sampler, &mut counts, cx)
+            .await;
+        first.get().unwrap_or(Fault {
+            step: Step::Exposure,
+            depth: 0,
+            at: None,
+        })
     }
 }
 

@@ -32,6 +32,7 @@ DEFAULTS: dict[str, Any] = {
     "shading": "inline",
     "shade_memory_bytes": 64 << 20,
     "specialize": True,
+    "general": [],
 }
 """As in `kilauea_scene::RenderSettings`."""
 

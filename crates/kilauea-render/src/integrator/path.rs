@@ -5,22 +5,23 @@ use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_bsdf::SeenBsdf;
 use kilauea_film::PixelSample;
 use kilauea_math::hash::unit_f32;
-use kilauea_math::{Spectrum, Vec2};
+use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_spot::{Context, Program};
 use kilauea_texture::TextureStore;
 
 use super::blame::Blame;
+use super::fault::{Step, Unwatched, Watch};
 use super::question::{Answer, Question};
 use super::throughput::Throughput;
 use crate::camera::{CameraRay, RayGenerator};
-use crate::geometry::{Geometry, Interaction, View};
+use crate::geometry::{Geometry, Interaction, PrimitiveRef, View};
 use crate::light::{Emitted, Lights, Receiver};
 use crate::needs::SceneNeeds;
 use crate::sampler::{Purpose, Sampler};
 
 /// The path integrator. `CUTOUTS` as in [`super::RayTracer`], which it asks.
 #[derive(Clone, Copy)]
-pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool> {
+pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, W = Unwatched> {
     /// Surfaces.
     pub geometry: &'a Geometry,
     /// Lights.
@@ -35,6 +36,8 @@ pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool> {
     pub needs: SceneNeeds,
     /// Where a shader that panics leaves its name.
     pub blame: &'a Blame,
+    /// Sees the values of paths.
+    pub watch: W,
 }
 
 /// Rays traced, by purpose.
@@ -114,7 +117,23 @@ const MIN_PIXEL_FOOTPRINT: f32 = 0.125;
 /// blurred without harm, and then fewer of their tiles are read.
 const ROUGH_SPREAD: f32 = 0.1;
 
-impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
+impl<'a, const CUTOUTS: bool> PathIntegrator<'a, CUTOUTS> {
+    /// The same integrator, under watch.
+    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, W> {
+        PathIntegrator {
+            geometry: self.geometry,
+            lights: self.lights,
+            textures: self.textures,
+            max_depth: self.max_depth,
+            samples_per_pixel: self.samples_per_pixel,
+            needs: self.needs,
+            blame: self.blame,
+            watch,
+        }
+    }
+}
+
+impl<const CUTOUTS: bool, W: Watch> PathIntegrator<'_, CUTOUTS, W> {
     /// Radiance along a camera ray, and what the first surface there is like.
     ///
     /// What rays meet is asked of `cx`; all else is done here.
@@ -138,6 +157,9 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
             departure: None,
             throughput: Throughput::start(),
         };
+        self.watch.see(Step::CameraRay, 0, None, || {
+            path.ray.origin.is_finite() && path.ray.dir.is_finite()
+        });
         counts.camera += 1;
         let mut closest = cx.ask(closest::<CUTOUTS>(&path.ray, sampler, 0));
 
@@ -184,6 +206,8 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
             + out.direct_specular
             + out.indirect_diffuse
             + out.indirect_specular;
+        self.watch
+            .see(Step::Sum, self.max_depth, None, || out.beauty.is_finite());
         out
     }
 
@@ -199,6 +223,7 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         };
         self.lights
             .for_each_area_hit(&segment, path.receiver(), self.textures, |emitted| {
+                self.see_emitted(depth, None, &emitted);
                 path.add_emitted(out, depth, &emitted);
             });
     }
@@ -211,6 +236,7 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         }
         self.lights
             .for_each_infinite(path.ray.dir, path.receiver(), self.textures, |emitted| {
+                self.see_emitted(depth, None, &emitted);
                 path.add_emitted(out, depth, &emitted);
             });
     }
@@ -232,17 +258,27 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         C: Context<P>,
     {
         path.cone.width += path.cone.spread * hit.t;
+        self.watch.see(Step::Hit, depth, None, || {
+            Vec3::new(hit.t, hit.u, hit.v).is_finite()
+        });
         let interaction = self.interaction(hit, &path.ray, path.cone.width);
+        let at = Some(interaction.at);
+        self.watch
+            .see(Step::Surface, depth, at, || interaction.is_finite());
         let shading = self.blame.shading(self.geometry, interaction.at);
         if self.needs.mesh_lights
             && let Some(emitted) =
                 self.lights
                     .emitted_by_surface(&interaction, hit.t, path.receiver())
         {
+            self.see_emitted(depth, at, &emitted);
             path.add_emitted(out, depth, &emitted);
         }
         if depth == 0 {
-            self.describe_surface(out, &interaction);
+            out.alpha = 1.0;
+            if self.needs.surface_layers {
+                self.describe_surface(out, &interaction);
+            }
         }
         if depth == self.max_depth {
             return Vertex::END;
@@ -253,7 +289,9 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         drop(shading);
         let has_smooth_lobes = bsdf.has_smooth_lobes();
         let bsdf = bsdf.seen_from(surface.wo);
-        if depth == 0 {
+        self.watch
+            .see(Step::Bsdf, depth, at, || bsdf.albedo().is_finite());
+        if depth == 0 && self.needs.surface_layers {
             out.albedo = bsdf.albedo();
         }
         path.throughput.advance(depth);
@@ -270,7 +308,12 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         } else {
             None
         };
+        // All that the last ray could find is light.
+        if depth + 1 == self.max_depth && !self.needs.met_lights() {
+            return Vertex { direct, next: None };
+        }
         let is_alive = path.scatter(depth, &interaction, &bsdf, receiver, sampler);
+        self.see_scattered(depth, at, path);
         let next = is_alive.then(|| cx.ask(closest::<CUTOUTS>(&path.ray, sampler, depth + 1)));
         Vertex { direct, next }
     }
@@ -290,8 +333,7 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         P: Program<Question = Question, Answer = Answer>,
         C: Context<P>,
     {
-        // A single light needs no choice.
-        let u_choice = if self.lights.len() > 1 {
+        let u_choice = if self.needs.light_choice {
             sampler.pair(Purpose::Choice(depth)).x
         } else {
             0.5
@@ -302,6 +344,13 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
                 .sample(receiver, u_choice, u_light, self.geometry, self.textures)?;
         let sample = &light.sample;
         let eval = bsdf.eval(sample.wi);
+        let at = Some(interaction.at);
+        self.watch.see(Step::LightSample, depth, at, || {
+            sample.wi.is_finite() && sample.radiance.is_finite() && !sample.pdf.is_nan()
+        });
+        self.watch.see(Step::BsdfValue, depth, at, || {
+            eval.total().is_finite() && !eval.pdf.is_nan()
+        });
         let (diffuse, specular) = (eval.diffuse * light.diffuse, eval.specular * light.specular);
         if diffuse.is_black() && specular.is_black() {
             return None;
@@ -322,18 +371,39 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         } else {
             power_heuristic(sample.pdf, eval.pdf)
         };
+        let radiance = sample.radiance * (weight / sample.pdf);
+        self.watch
+            .see(Step::LightSample, depth, at, || radiance.is_finite());
         Some(Direct {
             occluded: cx.ask(occluded::<CUTOUTS>(&shadow_ray, sampler, depth)),
             is_valid: shadow_ray.is_valid(),
-            radiance: sample.radiance * (weight / sample.pdf),
+            radiance,
             diffuse,
             specular,
         })
     }
 
+    #[inline]
+    fn see_emitted(&self, depth: u32, at: Option<PrimitiveRef>, emitted: &Emitted) {
+        self.watch.see(Step::Emission, depth, at, || {
+            emitted.radiance.is_finite() && !emitted.pdf.is_nan()
+        });
+    }
+
+    #[inline]
+    fn see_scattered(&self, depth: u32, at: Option<PrimitiveRef>, path: &Path) {
+        let throughput = &path.throughput;
+        self.watch.see(Step::BsdfSample, depth, at, || {
+            let last = throughput.last_diffuse + throughput.last_specular;
+            last.is_finite() && path.ray.dir.is_finite()
+        });
+        self.watch.see(Step::Throughput, depth, at, || {
+            throughput.total(depth).is_finite()
+        });
+    }
+
     fn describe_surface(&self, out: &mut PixelSample, interaction: &Interaction<'_>) {
         let (prim_id, instance_id) = self.geometry.ids(interaction.at);
-        out.alpha = 1.0;
         out.n = interaction.surface.ns;
         out.p = interaction.surface.p;
         out.prim_id = prim_id;
