@@ -77,7 +77,14 @@ impl Accel {
     /// A ray that holds a NaN, starts nowhere or has no direction hits nothing.
     #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
-        self.intersect_kept(ray, KeepAll)
+        self.intersect_kept::<false>(ray, KeepAll)
+    }
+
+    /// The same, in less time if rays are asked for in an order in which each goes much like the one
+    /// before, as those of a camera do, and otherwise in more.
+    #[inline]
+    pub fn intersect_coherent(&self, ray: &Ray) -> Option<Hit> {
+        self.intersect_kept::<true>(ray, KeepAll)
     }
 
     /// Whether anything is hit.
@@ -90,7 +97,7 @@ impl Accel {
     /// is asked for some of the hits, in any order, and may be asked again for the same one.
     #[inline]
     pub fn intersect_filtered(&self, ray: &Ray, keep: impl FnMut(&Hit) -> bool) -> Option<Hit> {
-        self.intersect_kept(ray, keep)
+        self.intersect_kept::<false>(ray, keep)
     }
 
     /// Whether any hit is accepted by `keep`, which is asked as in [`Self::intersect_filtered`].
@@ -100,12 +107,13 @@ impl Accel {
     }
 
     #[inline(always)]
-    fn intersect_kept(&self, ray: &Ray, mut keep: impl Keep) -> Option<Hit> {
+    fn intersect_kept<const COHERENT: bool>(&self, ray: &Ray, mut keep: impl Keep) -> Option<Hit> {
         let Some(line) = ray.moderate_line() else {
             return self.intersect_extreme(ray, &mut |hit| keep.keep(hit));
         };
         let tree_ray = || TreeRay::world(line, ray.t_min);
-        self.isa.closest(self.scene(), (ray, tree_ray), keep)
+        self.isa
+            .closest::<COHERENT>(self.scene(), (ray, tree_ray), keep)
     }
 
     #[inline(always)]
@@ -181,7 +189,7 @@ impl Accel {
         let keep_rescaled: &mut dyn FnMut(&Hit) -> bool = &mut keep_rescaled;
         let tree_ray = || TreeRay::entering(&scaled, &Ball::around(&self.bounds));
         self.isa
-            .closest(self.scene(), (&scaled, tree_ray), keep_rescaled)
+            .closest::<false>(self.scene(), (&scaled, tree_ray), keep_rescaled)
             .map(|hit| rescale(&hit))
     }
 }

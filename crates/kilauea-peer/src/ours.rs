@@ -50,6 +50,13 @@ impl Tracer for Ours {
     }
 
     #[inline(always)]
+    fn nearest_coherent(&self, ray: &Segment) -> Option<f32> {
+        let hit = self.0.intersect_coherent(&accel_ray(ray));
+        black_box(&hit);
+        hit.map(|hit| hit.t)
+    }
+
+    #[inline(always)]
     fn occluded(&self, ray: &Segment) -> bool {
         self.0.occluded(&accel_ray(ray))
     }

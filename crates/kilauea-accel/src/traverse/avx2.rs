@@ -23,6 +23,10 @@ mod absent {
             None
         }
 
+        pub(crate) fn coherent(self) -> Self {
+            match self {}
+        }
+
         pub(crate) fn closest(
             self,
             _: Scene<'_>,

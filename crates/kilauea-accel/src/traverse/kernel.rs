@@ -71,6 +71,12 @@ pub(crate) trait Kernel: Copy {
         triangle::intersect(&leaf.lane(lane), ray)
     }
 
+    /// The lowest lane of a mask.
+    #[inline(always)]
+    fn first_lane(self, mask: u32) -> usize {
+        (mask.trailing_zeros() & 7) as usize
+    }
+
     /// The item that a link of the tree names.
     fn item<T>(self, items: &[T], link: u32) -> &T;
 

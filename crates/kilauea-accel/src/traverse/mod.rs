@@ -41,14 +41,16 @@ impl Isa {
         }
     }
 
+    /// `COHERENT` is whether the rays go much like those before them.
     #[inline(always)]
-    pub(crate) fn closest(
+    pub(crate) fn closest<const COHERENT: bool>(
         self,
         scene: Scene<'_>,
         rays: (&Ray, impl FnOnce() -> TreeRay),
         keep: impl Keep,
     ) -> Option<Hit> {
         match self {
+            Self::Avx2(avx2) if COHERENT => avx2.coherent().closest(scene, rays, keep),
             Self::Avx2(avx2) => avx2.closest(scene, rays, keep),
             Self::Portable(portable) => portable.closest(scene, rays, keep),
         }

@@ -30,8 +30,11 @@ use kilauea_math::Vec3A;
 const UNDERFLOW: f32 = 1e-34;
 
 /// Proof that the processor has AVX2, FMA, BMI and POPCNT: only [`Avx2::detect`] makes one.
+///
+/// Where rays are `COHERENT`, each goes much like the one before, and the branch predictor can tell
+/// which child of a node comes next before the boxes have been tested.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Avx2(());
+pub(crate) struct Avx2<const COHERENT: bool = false>(());
 
 impl Avx2 {
     pub(crate) fn detect() -> Option<Self> {
@@ -43,6 +46,14 @@ impl Avx2 {
         has_all.then_some(Self(()))
     }
 
+    /// The same for coherent rays.
+    #[inline(always)]
+    pub(crate) fn coherent(self) -> Avx2<true> {
+        Avx2(())
+    }
+}
+
+impl<const COHERENT: bool> Avx2<COHERENT> {
     #[inline(always)]
     pub(crate) fn closest(
         self,
@@ -79,8 +90,8 @@ impl Avx2 {
 // A single tree has functions of its own: registers and stack for instances would burden it.
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn closest_in_tree(
-    avx2: Avx2,
+fn closest_in_tree<const COHERENT: bool>(
+    avx2: Avx2<COHERENT>,
     tree: &Tree,
     rays: (&Ray, impl FnOnce() -> TreeRay),
     keep: impl Keep,
@@ -89,8 +100,8 @@ fn closest_in_tree(
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn occluded_in_tree(
-    avx2: Avx2,
+fn occluded_in_tree<const COHERENT: bool>(
+    avx2: Avx2<COHERENT>,
     tree: &Tree,
     rays: (&Ray, impl FnOnce() -> TreeRay),
     keep: impl Keep,
@@ -99,8 +110,8 @@ fn occluded_in_tree(
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn closest(
-    avx2: Avx2,
+fn closest<const COHERENT: bool>(
+    avx2: Avx2<COHERENT>,
     scene: Scene<'_>,
     rays: (&Ray, impl FnOnce() -> TreeRay),
     keep: impl Keep,
@@ -109,8 +120,8 @@ fn closest(
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn occluded(
-    avx2: Avx2,
+fn occluded<const COHERENT: bool>(
+    avx2: Avx2<COHERENT>,
     scene: Scene<'_>,
     rays: (&Ray, impl FnOnce() -> TreeRay),
     keep: impl Keep,
@@ -153,7 +164,7 @@ pub(crate) struct LeafRay {
 /// Coordinates of an axis in [`PairLeaf`].
 const AXIS: usize = 16;
 
-impl Kernel for Avx2 {
+impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
     type NodeRay = NodeRay;
     type LeafRay = LeafRay;
     type Storage = Unchecked;
@@ -356,6 +367,12 @@ impl Kernel for Avx2 {
     }
 
     #[inline(always)]
+    fn first_lane(self, mask: u32) -> usize {
+        let lane = (mask.trailing_zeros() & 7) as usize;
+        if COHERENT { predicted(lane) } else { lane }
+    }
+
+    #[inline(always)]
     fn item<T>(self, items: &[T], link: u32) -> &T {
         debug_assert!((link as usize) < items.len());
         // SAFETY: links come from nodes of the same tree, built only by this crate, and every
@@ -489,6 +506,32 @@ unsafe fn sheared_f64(
             _mm256_mul_pd(dir, along),
         )
     }
+}
+
+/// The same lane, by a jump instead of a value: the processor goes on with the one that it predicts,
+/// and what is loaded by its number need not wait.
+#[inline(always)]
+fn predicted(lane: usize) -> usize {
+    match lane {
+        0 => opaque(0),
+        1 => opaque(1),
+        2 => opaque(2),
+        3 => opaque(3),
+        4 => opaque(4),
+        5 => opaque(5),
+        6 => opaque(6),
+        _ => opaque(7),
+    }
+}
+
+/// A number that the compiler does not know, so that it keeps the jump that led to it.
+#[inline(always)]
+fn opaque(mut lane: usize) -> usize {
+    // SAFETY: no instruction is executed.
+    unsafe {
+        std::arch::asm!("/* {0} */", inout(reg) lane, options(pure, nomem, nostack, preserves_flags));
+    }
+    lane & 7
 }
 
 /// The corner before each: c, a, b.
