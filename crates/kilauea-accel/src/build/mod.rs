@@ -5,6 +5,7 @@ mod binary;
 mod binned;
 mod blocks;
 mod buckets;
+mod huge_pages;
 mod pair;
 mod parts;
 mod plan;
@@ -42,6 +43,8 @@ pub(crate) fn build_tree(mut soup: Soup, quality: Quality) -> Tree {
         join_buckets(trees, quality)
     };
     tree.n_triangles = n_triangles;
+    tree.nodes = huge_pages::moved_into(tree.nodes);
+    tree.leaves = huge_pages::moved_into(tree.leaves);
     tree
 }
 
