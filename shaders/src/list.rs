@@ -94,6 +94,14 @@ macro_rules! shaders {
                 }
             }
 
+            /// See [`kilauea_shading::SurfaceShader::interior`].
+            #[inline]
+            pub fn interior(&self) -> Option<kilauea_shading::Medium> {
+                match &self.kind {
+                    $(Kind::$shader(s) => kilauea_shading::SurfaceShader::interior(&**s),)+
+                }
+            }
+
             /// See [`kilauea_shading::SurfaceShader::is_opaque`].
             #[inline]
             pub fn is_opaque(&self) -> bool {

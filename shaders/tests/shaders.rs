@@ -68,6 +68,7 @@ fn with_surface<T>(shader: &Shader, wo: Vec3, ask: impl FnOnce(&Surface<'_>) -> 
         primvars: &primvars,
         instance_primvars: &[],
         instance_index: 0,
+        outside_ior: 1.0,
         footprint: 0.0,
         textures: &textures,
     })

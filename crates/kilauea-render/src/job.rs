@@ -181,6 +181,13 @@ impl Frame {
             let n = outcome.counts.invalid;
             warnings.push(format!("{n} rays could not be traced and hit nothing"));
         }
+        if outcome.counts.in_too_many_media > 0 {
+            let n = outcome.counts.in_too_many_media;
+            warnings.push(format!(
+                "{n} paths were in too many media at once; those of the lowest priority were \
+                 forgotten"
+            ));
+        }
         let stats = RenderStats {
             samples_per_pixel: samples as f64 / self.n_pixels.max(1) as f64,
             samples,

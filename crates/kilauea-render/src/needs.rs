@@ -1,6 +1,7 @@
 //! What a scene uses, found once, so that loops skip the rest.
 
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 use crate::geometry::Geometry;
 use crate::light::Lights;
@@ -34,6 +35,10 @@ pub struct SceneNeeds {
     pub curves: bool,
     /// There are points.
     pub points: bool,
+    /// Some surface bounds a medium that paths keep track of.
+    pub media: bool,
+    /// Media have different priorities, so that boundaries can be hidden.
+    pub nested_media: bool,
     /// Some rays do not meet something.
     pub masks: bool,
     /// The camera has a lens.
@@ -53,6 +58,8 @@ impl SceneNeeds {
         motion: true,
         curves: true,
         points: true,
+        media: true,
+        nested_media: true,
         masks: true,
         lens: true,
     };
@@ -67,6 +74,10 @@ impl SceneNeeds {
                     || p.points.iter().any(|c| c.material == material)
             })
         };
+        let priorities: BTreeSet<i8> = (geometry.shaders().iter().zip(0..))
+            .filter(|(_, idx)| used(*idx))
+            .filter_map(|(shader, _)| Some(shader.interior()?.priority))
+            .collect();
         let any_shader = |is_such: fn(&Shader) -> bool| {
             let mut shaders = geometry.shaders().iter().zip(0..);
             shaders.any(|(shader, idx)| is_such(shader) && used(idx))
@@ -83,6 +94,8 @@ impl SceneNeeds {
                 || prototypes.iter().any(moves),
             curves: prototypes.iter().any(|p| !p.curves.is_empty()),
             points: prototypes.iter().any(|p| !p.points.is_empty()),
+            media: !priorities.is_empty(),
+            nested_media: priorities.len() > 1,
             masks: prototypes.iter().any(hides),
             lens: scene.camera.lens_radius > 0.0,
         }
@@ -101,6 +114,8 @@ impl SceneNeeds {
             ("motion", self.motion),
             ("curves", self.curves),
             ("points", self.points),
+            ("media", self.media),
+            ("nested_media", self.nested_media),
             ("masks", self.masks),
             ("lens", self.lens),
         ];

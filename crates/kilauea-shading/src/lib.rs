@@ -9,6 +9,7 @@
 mod declaration;
 mod graph;
 mod input;
+mod medium;
 mod normal;
 mod parameters;
 pub mod prelude;
@@ -22,6 +23,7 @@ pub use declaration::{Allowed, Declaration, Parameter};
 pub use graph::Channels;
 pub use input::{Input, InputValue};
 pub use kilauea_texture::TextureStore;
+pub use medium::Medium;
 pub use parameters::{InputSummary, ShaderInputs};
 pub use primvar::{ElementCounts, PrimvarLayout, PrimvarSlot};
 pub use shader::{ShaderError, SurfaceShader};

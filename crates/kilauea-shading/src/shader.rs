@@ -1,7 +1,7 @@
 use kilauea_bsdf::Bsdf;
 use kilauea_math::Spectrum;
 
-use crate::{Declaration, ShaderInputs, Surface, TextureStore};
+use crate::{Declaration, Medium, ShaderInputs, Surface, TextureStore};
 
 /// A surface shader: turns its inputs at a point into scattering, emission and presence.
 pub trait SurfaceShader: Send + Sync + Sized {
@@ -26,6 +26,12 @@ pub trait SurfaceShader: Send + Sync + Sized {
     /// as if nothing were there.
     fn opacity(&self, _surface: &Surface<'_>) -> f32 {
         1.0
+    }
+
+    /// What fills the inside of a closed mesh with this surface; none where that makes no
+    /// difference to light. Paths keep track of it from where a ray is transmitted to the inside.
+    fn interior(&self) -> Option<Medium> {
+        None
     }
 
     /// Whether [`Self::opacity`] is 1 everywhere.

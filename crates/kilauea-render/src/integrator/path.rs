@@ -10,6 +10,7 @@ use kilauea_spot::{Context, Program};
 use kilauea_texture::TextureStore;
 
 use super::blame::Blame;
+use super::media::{Boundary, Media, is_hidden};
 use super::question::{Answer, Question};
 use super::throughput::Throughput;
 use crate::camera::{CameraRay, RayGenerator};
@@ -18,9 +19,10 @@ use crate::light::{Emitted, Lights, Receiver};
 use crate::needs::SceneNeeds;
 use crate::sampler::{Purpose, Sampler};
 
-/// The path integrator. `CUTOUTS` as in [`super::RayTracer`], which it asks.
+/// The path integrator. `CUTOUTS` as in [`super::RayTracer`], which it asks; `M` is what paths keep
+/// of the media around them.
 #[derive(Clone, Copy)]
-pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool> {
+pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M> {
     /// Surfaces.
     pub geometry: &'a Geometry,
     /// Lights.
@@ -33,6 +35,8 @@ pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool> {
     pub samples_per_pixel: u32,
     /// What the scene uses; the rest is skipped.
     pub needs: SceneNeeds,
+    /// The media that the camera is in.
+    pub camera_media: M,
     /// Where a shader that panics leaves its name.
     pub blame: &'a Blame,
 }
@@ -48,6 +52,8 @@ pub struct RayCounts {
     pub indirect: u64,
     /// Of all these, those that could not be traced.
     pub invalid: u64,
+    /// Paths that were in more media at once than they can carry.
+    pub in_too_many_media: u64,
 }
 
 impl RayCounts {
@@ -57,21 +63,36 @@ impl RayCounts {
         self.shadow += other.shadow;
         self.indirect += other.indirect;
         self.invalid += other.invalid;
+        self.in_too_many_media += other.in_too_many_media;
     }
 }
 
 /// A path on its way: the ray that is being traced, and what it knows of those before.
 #[derive(Clone, Copy)]
-struct Path {
+struct Path<M> {
+    /// From where the path scattered last; what lies before `t_min` is passed already.
     ray: Ray,
     cone: RayCone,
     /// The vertex that the ray left; none of the camera's ray.
     departure: Option<Departure>,
     throughput: Throughput,
+    media: M,
+}
+
+/// Where a path scatters.
+struct Vertex<'a, M> {
+    /// Scattering events before.
+    depth: u32,
+    interaction: Interaction<'a>,
+    receiver: Receiver,
+    /// Fraction of light that passed on the way from the vertex before.
+    passed: Spectrum,
+    /// None on surfaces that bound no medium.
+    boundary: Option<Boundary<M>>,
 }
 
 /// What was asked at a vertex. `R` is an answer on its way.
-struct Vertex<R> {
+struct Asked<R> {
     direct: Option<Direct<R>>,
     /// What the path hits next; none where it ends.
     next: Option<R>,
@@ -114,7 +135,7 @@ const MIN_PIXEL_FOOTPRINT: f32 = 0.125;
 /// blurred without harm, and then fewer of their tiles are read.
 const ROUGH_SPREAD: f32 = 0.1;
 
-impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
+impl<const CUTOUTS: bool, M: Media> PathIntegrator<'_, CUTOUTS, M> {
     /// Radiance along a camera ray, and what the first surface there is like.
     ///
     /// What rays meet is asked of `cx`; all else is done here.
@@ -137,34 +158,42 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
             cone: RayCone::of_camera_ray(camera, self.samples_per_pixel),
             departure: None,
             throughput: Throughput::start(),
+            media: self.camera_media,
         };
         counts.camera += 1;
         let mut closest = cx.ask(closest::<CUTOUTS>(&path.ray, sampler, 0));
 
-        for depth in 0..=self.max_depth {
+        let mut depth = 0;
+        loop {
             let hit = closest.await.hit();
             // Only what hits nothing can be invalid, so that the others need no look.
             if hit.is_none() {
                 counts.invalid += u64::from(!path.ray.is_valid());
             }
+            let hit = hit.map(|hit| path.media.from_departure(hit));
             let t_end = hit.map_or(path.ray.t_max, |h| h.t);
             self.add_area_lights(&mut out, &path, depth, t_end);
             let Some(hit) = hit else {
                 self.add_infinite_lights(&mut out, &path, depth);
                 break;
             };
+            if let Some(ray) = self.pass_hidden_boundary(&mut path, &hit) {
+                counts.indirect += 1;
+                closest = cx.ask(self::closest::<CUTOUTS>(&ray, sampler, depth));
+                continue;
+            }
             if depth == 0 {
                 out.z = hit.t / camera_ray.distance_per_depth;
             }
             // Ask for all that this vertex leads to ...
-            let vertex = self.shade(&mut out, &mut path, depth, &hit, sampler, cx);
-            if let Some(direct) = &vertex.direct {
+            let asked = self.shade(&mut out, &mut path, depth, &hit, sampler, cx);
+            if let Some(direct) = &asked.direct {
                 counts.shadow += 1;
                 counts.invalid += u64::from(!direct.is_valid);
             }
-            counts.indirect += u64::from(vertex.next.is_some());
+            counts.indirect += u64::from(asked.next.is_some());
             // ... and only then wait.
-            if let Some(direct) = vertex.direct
+            if let Some(direct) = asked.direct
                 && !direct.occluded.await.is_occluded()
             {
                 let Direct {
@@ -176,9 +205,11 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
                 path.throughput
                     .add(&mut out, depth + 1, radiance, diffuse, specular);
             }
-            let Some(next) = vertex.next else { break };
+            let Some(next) = asked.next else { break };
             closest = next;
+            depth += 1;
         }
+        counts.in_too_many_media += u64::from(path.media.has_overflowed());
         out.beauty = out.emission
             + out.direct_diffuse
             + out.direct_specular
@@ -189,7 +220,7 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
 
     /// Adds the light of lamps that the ray meets before `t_end`.
     #[inline]
-    fn add_area_lights(&self, out: &mut PixelSample, path: &Path, depth: u32, t_end: f32) {
+    fn add_area_lights(&self, out: &mut PixelSample, path: &Path<M>, depth: u32, t_end: f32) {
         if !self.needs.area_lights {
             return;
         }
@@ -198,21 +229,51 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
             ..path.ray
         };
         self.lights
-            .for_each_area_hit(&segment, path.receiver(), self.textures, |emitted| {
-                path.add_emitted(out, depth, &emitted);
+            .for_each_area_hit(&segment, path.receiver(), self.textures, |t, emitted| {
+                let passed = path.media.transmittance(self.geometry, t);
+                path.add_emitted(out, depth, &emitted, passed);
             });
     }
 
     /// Adds the light of what surrounds the scene.
     #[inline]
-    fn add_infinite_lights(&self, out: &mut PixelSample, path: &Path, depth: u32) {
+    fn add_infinite_lights(&self, out: &mut PixelSample, path: &Path<M>, depth: u32) {
         if !self.needs.infinite_lights {
             return;
         }
         self.lights
             .for_each_infinite(path.ray.dir, path.receiver(), self.textures, |emitted| {
-                path.add_emitted(out, depth, &emitted);
+                let passed = path.media.transmittance(self.geometry, f32::INFINITY);
+                path.add_emitted(out, depth, &emitted, passed);
             });
+    }
+
+    /// Where the hit is a boundary that is not there in the media around the path: goes on behind
+    /// it, and returns the ray that finds what is next.
+    #[inline]
+    fn pass_hidden_boundary(&self, path: &mut Path<M>, hit: &Hit) -> Option<Ray> {
+        let least_priority = path.media.least_priority(self.geometry);
+        if least_priority == i8::MIN {
+            return None;
+        }
+        let shader = self.geometry.shader(self.geometry.locate(hit));
+        if !is_hidden(shader, least_priority) {
+            return None;
+        }
+        let interaction = self.interaction(hit, &path.ray, 0.0);
+        let boundary = path.media.boundary(self.geometry, &interaction)?;
+        if !boundary.is_hidden {
+            return None;
+        }
+        path.media.pass(&boundary, hit.t);
+        path.ray.t_min = hit.t;
+        let Ray {
+            dir,
+            t_max,
+            visibility,
+            ..
+        } = path.ray;
+        Some(interaction.spawn_ray(dir, t_max - hit.t, visibility))
     }
 
     /// Adds what the surface that was hit emits, and asks what its light and the rest of the path
@@ -221,31 +282,36 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
     fn shade<P, C>(
         &self,
         out: &mut PixelSample,
-        path: &mut Path,
+        path: &mut Path<M>,
         depth: u32,
         hit: &Hit,
         sampler: &Sampler<'_>,
         cx: &C,
-    ) -> Vertex<C::Reply>
+    ) -> Asked<C::Reply>
     where
         P: Program<Question = Question, Answer = Answer>,
         C: Context<P>,
     {
         path.cone.width += path.cone.spread * hit.t;
-        let interaction = self.interaction(hit, &path.ray, path.cone.width);
+        let mut interaction = self.interaction(hit, &path.ray, path.cone.width);
+        let passed = path.media.transmittance(self.geometry, hit.t);
+        let boundary = path.media.boundary(self.geometry, &interaction);
+        if let Some(boundary) = &boundary {
+            interaction.surface.outside_ior = boundary.outside_ior;
+        }
         let shading = self.blame.shading(self.geometry, interaction.at);
         if self.needs.mesh_lights
             && let Some(emitted) =
                 self.lights
                     .emitted_by_surface(&interaction, hit.t, path.receiver())
         {
-            path.add_emitted(out, depth, &emitted);
+            path.add_emitted(out, depth, &emitted, passed);
         }
         if depth == 0 {
             self.describe_surface(out, &interaction);
         }
         if depth == self.max_depth {
-            return Vertex::END;
+            return Asked::NOTHING;
         }
 
         let surface = &interaction.surface;
@@ -257,32 +323,37 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
             out.albedo = bsdf.albedo();
         }
         path.throughput.advance(depth);
-        let receiver = Receiver {
-            p: surface.p,
-            n: if surface.ns.dot(surface.wo) < 0.0 {
-                -surface.ns
-            } else {
-                surface.ns
+        let vertex = Vertex {
+            depth,
+            interaction,
+            receiver: Receiver {
+                p: surface.p,
+                n: if surface.ns.dot(surface.wo) < 0.0 {
+                    -surface.ns
+                } else {
+                    surface.ns
+                },
             },
+            passed,
+            boundary,
         };
         let direct = if self.needs.lights && has_smooth_lobes {
-            self.direct(depth, &interaction, &bsdf, receiver, sampler, cx)
+            self.direct(&path.media, &vertex, &bsdf, sampler, cx)
         } else {
             None
         };
-        let is_alive = path.scatter(depth, &interaction, &bsdf, receiver, sampler);
+        let is_alive = path.scatter(&vertex, &bsdf, sampler);
         let next = is_alive.then(|| cx.ask(closest::<CUTOUTS>(&path.ray, sampler, depth + 1)));
-        Vertex { direct, next }
+        Asked { direct, next }
     }
 
     /// Estimates direct light by choosing a light (next-event estimation).
     #[inline]
     fn direct<P, C>(
         &self,
-        depth: u32,
-        interaction: &Interaction<'_>,
+        media: &M,
+        vertex: &Vertex<'_, M>,
         bsdf: &SeenBsdf<'_>,
-        receiver: Receiver,
         sampler: &Sampler<'_>,
         cx: &C,
     ) -> Option<Direct<C::Reply>>
@@ -290,6 +361,13 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         P: Program<Question = Question, Answer = Answer>,
         C: Context<P>,
     {
+        let &Vertex {
+            depth,
+            ref interaction,
+            receiver,
+            passed,
+            ..
+        } = vertex;
         // A single light needs no choice.
         let u_choice = if self.lights.len() > 1 {
             sampler.pair(Purpose::Choice(depth)).x
@@ -302,7 +380,10 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
                 .sample(receiver, u_choice, u_light, self.geometry, self.textures)?;
         let sample = &light.sample;
         let eval = bsdf.eval(sample.wi);
-        let (diffuse, specular) = (eval.diffuse * light.diffuse, eval.specular * light.specular);
+        let (diffuse, specular) = (
+            eval.diffuse * light.diffuse * passed,
+            eval.specular * light.specular * passed,
+        );
         if diffuse.is_black() && specular.is_black() {
             return None;
         }
@@ -322,10 +403,14 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
         } else {
             power_heuristic(sample.pdf, eval.pdf)
         };
+        // Smooth lobes reflect, so the light comes through the medium in which the path came.
+        let unabsorbed = media.transmittance(self.geometry, sample.distance);
+        let least_priority = media.least_priority(self.geometry);
+        let question = occluded::<CUTOUTS>(&shadow_ray, least_priority, sampler, depth);
         Some(Direct {
-            occluded: cx.ask(occluded::<CUTOUTS>(&shadow_ray, sampler, depth)),
+            occluded: cx.ask(question),
             is_valid: shadow_ray.is_valid(),
-            radiance: sample.radiance * (weight / sample.pdf),
+            radiance: sample.radiance * unabsorbed * (weight / sample.pdf),
             diffuse,
             specular,
         })
@@ -365,7 +450,12 @@ fn closest<const CUTOUTS: bool>(ray: &Ray, sampler: &Sampler<'_>, depth: u32) ->
 
 /// Asks whether anything is between the vertex after `depth` events and a light.
 #[inline]
-fn occluded<const CUTOUTS: bool>(ray: &Ray, sampler: &Sampler<'_>, depth: u32) -> Question {
+fn occluded<const CUTOUTS: bool>(
+    ray: &Ray,
+    least_priority: i8,
+    sampler: &Sampler<'_>,
+    depth: u32,
+) -> Question {
     Question::Occluded {
         ray: *ray,
         key: if CUTOUTS {
@@ -373,10 +463,11 @@ fn occluded<const CUTOUTS: bool>(ray: &Ray, sampler: &Sampler<'_>, depth: u32) -
         } else {
             0
         },
+        least_priority,
     }
 }
 
-impl Path {
+impl<M: Media> Path<M> {
     /// Where light sampling could have found what the ray meets.
     #[inline]
     fn receiver(&self) -> Option<Receiver> {
@@ -387,12 +478,11 @@ impl Path {
     #[inline]
     fn scatter(
         &mut self,
-        depth: u32,
-        interaction: &Interaction<'_>,
+        vertex: &Vertex<'_, M>,
         bsdf: &SeenBsdf<'_>,
-        receiver: Receiver,
         sampler: &Sampler<'_>,
     ) -> bool {
+        let depth = vertex.depth;
         let u_lobe = if bsdf.has_one_lobe() {
             0.5
         } else {
@@ -404,9 +494,13 @@ impl Path {
             return false;
         };
         let throughput = &mut self.throughput;
-        throughput.scatter(depth, sample.diffuse, sample.specular);
+        throughput.scatter(
+            depth,
+            sample.diffuse * vertex.passed,
+            sample.specular * vertex.passed,
+        );
         self.departure = Some(Departure {
-            receiver,
+            receiver: vertex.receiver,
             pdf: sample.pdf,
             is_delta: sample.is_delta,
         });
@@ -427,16 +521,26 @@ impl Path {
         } else if throughput.total(depth).is_black() {
             return false;
         }
-        self.ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
+        if sample.is_transmission
+            && let Some(boundary) = &vertex.boundary
+        {
+            self.media.cross(boundary);
+        }
+        self.media.depart();
+        self.ray = vertex
+            .interaction
+            .spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
         true
     }
 
-    /// Adds emission met by the ray, which left its vertex after `depth` events.
+    /// Adds emission met by the ray, which left its vertex after `depth` events, of which the
+    /// fraction `passed` arrives.
     #[inline]
-    fn add_emitted(&self, out: &mut PixelSample, depth: u32, emitted: &Emitted) {
+    fn add_emitted(&self, out: &mut PixelSample, depth: u32, emitted: &Emitted, passed: Spectrum) {
+        let radiance = emitted.radiance * passed;
         let Some(departure) = self.departure else {
             if emitted.visible_to_camera {
-                out.emission += emitted.radiance;
+                out.emission += radiance;
             }
             return;
         };
@@ -449,15 +553,15 @@ impl Path {
         throughput.add(
             out,
             depth,
-            emitted.radiance * weight,
+            radiance * weight,
             throughput.last_diffuse * emitted.diffuse,
             throughput.last_specular * emitted.specular,
         );
     }
 }
 
-impl<R> Vertex<R> {
-    const END: Self = Self {
+impl<R> Asked<R> {
+    const NOTHING: Self = Self {
         direct: None,
         next: None,
     };

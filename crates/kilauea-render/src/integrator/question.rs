@@ -9,8 +9,12 @@ use kilauea_spot::{Wire, WireError};
 pub(crate) enum Question {
     /// What does it hit first?
     Closest { ray: Ray, key: u32 },
-    /// Does it hit anything?
-    Occluded { ray: Ray, key: u32 },
+    /// Does it hit anything? Boundaries of media below a priority do not count.
+    Occluded {
+        ray: Ray,
+        key: u32,
+        least_priority: i8,
+    },
 }
 
 /// The answer to a [`Question`] of the same kind.
@@ -53,7 +57,7 @@ impl Wire for Question {
     fn encode(&self, bytes: &mut Vec<u8>) {
         let (kind, ray, key) = match self {
             Self::Closest { ray, key } => (CLOSEST, ray, key),
-            Self::Occluded { ray, key } => (OCCLUDED, ray, key),
+            Self::Occluded { ray, key, .. } => (OCCLUDED, ray, key),
         };
         kind.encode(bytes);
         ray.origin.to_array().encode(bytes);
@@ -61,6 +65,9 @@ impl Wire for Question {
         [ray.t_min, ray.t_max, ray.time].encode(bytes);
         ray.visibility.0.encode(bytes);
         key.encode(bytes);
+        if let Self::Occluded { least_priority, .. } = self {
+            least_priority.cast_unsigned().encode(bytes);
+        }
     }
 
     fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
@@ -79,7 +86,11 @@ impl Wire for Question {
         let key = u32::decode(bytes)?;
         match kind {
             CLOSEST => Ok(Self::Closest { ray, key }),
-            OCCLUDED => Ok(Self::Occluded { ray, key }),
+            OCCLUDED => Ok(Self::Occluded {
+                ray,
+                key,
+                least_priority: u8::decode(bytes)?.cast_signed(),
+            }),
             other => Err(WireError::Variant(other)),
         }
     }
@@ -150,7 +161,11 @@ mod tests {
             ..Ray::new(Vec3::new(1.0, -0.0, 3.0), Vec3::new(0.0, 1e-40, -2.0))
         };
         check(Question::Closest { ray, key: 7 });
-        check(Question::Occluded { ray, key: u32::MAX });
+        check(Question::Occluded {
+            ray,
+            key: u32::MAX,
+            least_priority: -100,
+        });
         check(Answer::Closest(None));
         check(Answer::Closest(Some(Hit {
             t: 1.5,
