@@ -75,6 +75,19 @@ macro_rules! shaders {
                 }
             }
 
+            /// See [`kilauea_shading::SurfaceShader::shade`].
+            #[inline]
+            pub async fn shade(
+                &self,
+                cx: impl kilauea_shading::Shade,
+            ) -> kilauea_shading::Scattered {
+                match &self.kind {
+                    $(Kind::$shader(s) => {
+                        kilauea_shading::SurfaceShader::shade(&**s, cx).await
+                    })+
+                }
+            }
+
             /// See [`kilauea_shading::SurfaceShader::emission`].
             #[inline]
             pub fn emission(

@@ -30,7 +30,7 @@ fn in_dome(camera: Camera, meshes: Vec<Mesh>, materials: Vec<Material>) -> Pictu
     stage.materials = materials;
     stage.lights.push(light(LightShape::Dome, DMat4::IDENTITY));
     stage.render(|s| {
-        s.samples_per_pixel = 1024;
+        s.samples_per_pixel = 256;
         s.max_depth = 64;
     })
 }

@@ -107,7 +107,6 @@ fn media_that_absorb_nothing_are_invisible_in_a_dome() {
             stage.lights.push(dome());
             let picture = stage.render(|s| {
                 s.max_depth = 100;
-                s.samples_per_pixel = 128;
             });
             check_near(picture.mean(), 1.0, 2e-3, &format!("gap {gap} ior {ior}"));
         }

@@ -14,6 +14,7 @@ mod normal;
 mod parameters;
 pub mod prelude;
 mod primvar;
+mod shade;
 mod shader;
 mod surface;
 #[cfg(test)]
@@ -26,5 +27,6 @@ pub use kilauea_texture::TextureStore;
 pub use medium::Medium;
 pub use parameters::{InputSummary, ShaderInputs};
 pub use primvar::{ElementCounts, PrimvarLayout, PrimvarSlot};
+pub use shade::{Scattered, Shade};
 pub use shader::{ShaderError, SurfaceShader};
 pub use surface::{Element, Surface};

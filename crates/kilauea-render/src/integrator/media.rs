@@ -25,7 +25,7 @@ pub(crate) trait Media: Copy + Send + Sync {
     fn boundary(&self, geometry: &Geometry, at: &Interaction<'_>) -> Option<Boundary<Self>>;
 
     /// The hit, told from where the path scattered last and not from the last hidden boundary.
-    fn from_departure(&self, hit: Hit) -> Hit;
+    fn since_departure(&self, hit: Hit) -> Hit;
 
     /// Goes on behind a hidden boundary, at a distance from where the path scattered last.
     fn pass(&mut self, boundary: &Boundary<Self>, distance: f32);
@@ -72,7 +72,7 @@ impl Media for Air {
     }
 
     #[inline]
-    fn from_departure(&self, hit: Hit) -> Hit {
+    fn since_departure(&self, hit: Hit) -> Hit {
         hit
     }
 
@@ -190,7 +190,7 @@ impl Media for MediumStack {
     }
 
     #[inline]
-    fn from_departure(&self, hit: Hit) -> Hit {
+    fn since_departure(&self, hit: Hit) -> Hit {
         Hit {
             t: self.travelled + hit.t,
             ..hit

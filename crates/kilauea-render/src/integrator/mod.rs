@@ -2,11 +2,14 @@
 
 mod blame;
 mod camera_media;
+mod cone;
 mod media;
 mod path;
 mod question;
 mod rays;
+mod shade;
 mod throughput;
+mod walk;
 
 pub(crate) use blame::Blame;
 pub(crate) use camera_media::media_around;

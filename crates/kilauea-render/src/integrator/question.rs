@@ -4,6 +4,8 @@ use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_math::Vec3;
 use kilauea_spot::{Wire, WireError};
 
+use crate::sampler::Sampler;
+
 /// A ray. `key` decides at surfaces that let some rays pass; 0 where there are none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Question {
@@ -22,6 +24,41 @@ pub(crate) enum Question {
 pub(crate) enum Answer {
     Closest(Option<Hit>),
     Occluded(bool),
+}
+
+impl Question {
+    /// Asks what a ray hits first that reaches the vertex after `depth` events.
+    #[inline]
+    pub(super) fn closest<const CUTOUTS: bool>(
+        ray: &Ray,
+        sampler: &Sampler<'_>,
+        depth: u32,
+    ) -> Self {
+        Self::Closest {
+            ray: *ray,
+            key: if CUTOUTS { sampler.key(2 * depth) } else { 0 },
+        }
+    }
+
+    /// Asks whether anything is between the vertex after `depth` events, in a medium of
+    /// `least_priority`, and a light.
+    #[inline]
+    pub(super) fn occluded<const CUTOUTS: bool>(
+        ray: &Ray,
+        least_priority: i8,
+        sampler: &Sampler<'_>,
+        depth: u32,
+    ) -> Self {
+        Self::Occluded {
+            ray: *ray,
+            key: if CUTOUTS {
+                sampler.key(2 * depth + 1)
+            } else {
+                0
+            },
+            least_priority,
+        }
+    }
 }
 
 impl Answer {
