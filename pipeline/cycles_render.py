@@ -1,5 +1,8 @@
 """Renders an exported scene with Cycles: `cycles_render.py FOLDER OUT.exr`.
 
+With `--batches N` the scene is built once and rendered with N seeds, one after the other, to
+OUT.0.exr, OUT.1.exr and so on.
+
 Runs in a Python that has `bpy`; `kilauea reference` sets one up and calls this.
 """
 
@@ -33,6 +36,7 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("out", type=Path, help="EXR to write, linear float RGBA")
     parser.add_argument("--samples", type=int, help="per pixel, instead of the scene's own")
     parser.add_argument("--seed", type=int, help="instead of the scene's own")
+    parser.add_argument("--batches", type=int, metavar="N", help="renders, each with the next seed")
     parser.add_argument("--guiding", action="store_true", help="path guiding on")
     parser.add_argument("--stats", type=Path, help="JSON to write")
     return parser.parse_args()
@@ -57,6 +61,18 @@ def render(out: Path) -> dict[str, Any]:
     total = time.perf_counter() - start
     render_s = header_seconds(out, "render_time")
     return {"sync_s": max(total - render_s, 0.0), "render_s": render_s}
+
+
+def render_all(out: Path, seed: int, batches: int | None) -> dict[str, Any]:
+    """Render once, or as often as there are batches; returns the sums of the times (s)."""
+    if batches is None:
+        return render(out)
+    sums = {"sync_s": 0.0, "render_s": 0.0}
+    for idx in range(batches):
+        bpy.context.scene.cycles.seed = seed + idx
+        for name, seconds in render(out.with_suffix(f".{idx}.exr")).items():
+            sums[name] += seconds
+    return sums
 
 
 def header_seconds(exr: Path, name: str) -> float:
@@ -85,7 +101,7 @@ def main() -> int:
     apply_settings(scene.settings, samples=samples, seed=seed, guiding=args.guiding)
     warnings = build_scene(scene, raster)
     build_s = time.perf_counter() - start
-    times = render(args.out)
+    times = render_all(args.out, seed, args.batches)
     for warning in warnings:
         print(f"cycles: {warning}", file=sys.stderr)
     if args.stats:

@@ -530,3 +530,18 @@ def test_encoded_texels_are_decoded_before_interpolation(tmp_path: Path) -> None
     textured(writer, writer.texture((0, ends), element="u1", transfer=1))
     image = render(writer.write(), "--samples", "64")
     np.testing.assert_allclose(image[:, 15:17].mean(), 0.5, rtol=1e-2)
+
+
+def test_batches_are_renders_with_seeds_of_their_own(plane: SceneWriter) -> None:
+    """The second batch is what the next seed gives alone."""
+    plane.record["lights"] = [light({"type": "sphere", "radius": 0.5}, distance(1.0))]
+    folder = plane.write()
+    command = [str(PYTHON), str(SCRIPT), str(folder), str(folder / "out.exr"), "--samples", "4"]
+    for flags in (["--seed", "3", "--batches", "2"], ["--seed", "4"]):
+        subprocess.run([*command, *flags], capture_output=True, check=True)
+    first, second, alone = (
+        oiio.ImageBuf(str(folder / name)).get_pixels(oiio.FLOAT)
+        for name in ("out.0.exr", "out.1.exr", "out.exr")
+    )
+    assert (second == alone).all()
+    assert (first != second).any()

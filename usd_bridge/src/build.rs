@@ -19,6 +19,7 @@ struct BuildOptions {
     max_chunk_triangles: usize,
     texture_memory_bytes: u64,
     samples_per_pixel: u32,
+    specialize_rays: bool,
 }
 
 impl Default for BuildOptions {
@@ -31,12 +32,14 @@ impl Default for BuildOptions {
             max_chunk_triangles: assemble.max_chunk_triangles,
             texture_memory_bytes: settings.texture_memory_bytes,
             samples_per_pixel: settings.samples_per_pixel,
+            specialize_rays: true,
         }
     }
 }
 
 /// Build a scene from a `kilauea.payload.Frame`; `options_json` is an object with any of
-/// `resolution`, `max_subdivision_level`, `max_chunk_triangles`, `texture_memory_bytes`, `samples_per_pixel`.
+/// `resolution`, `max_subdivision_level`, `max_chunk_triangles`, `texture_memory_bytes`, `samples_per_pixel`,
+/// `specialize_rays`.
 #[pyfunction]
 pub(crate) fn build_scene(py: Python<'_>, frame: Frame<'_>, options_json: &str) -> PyResult<Scene> {
     let options: BuildOptions = serde_json::from_str(options_json).map_err(scene_error)?;
@@ -55,6 +58,7 @@ pub(crate) fn build_scene(py: Python<'_>, frame: Frame<'_>, options_json: &str) 
         let prepare_options = PrepareOptions {
             texture_memory_bytes: options.texture_memory_bytes,
             n_camera_samples: n_pixels * u64::from(options.samples_per_pixel),
+            specialize_rays: options.specialize_rays,
         };
         let prepared =
             PreparedScene::new(assembled.scene, &prepare_options).map_err(scene_error)?;

@@ -22,7 +22,7 @@ mod _native {
     #[pymodule_export]
     use crate::error::{RenderError, SceneError};
     #[pymodule_export]
-    use crate::image::compare;
+    use crate::image::{compare, hdr_flip};
     #[pymodule_export]
     use crate::job::RenderJob;
     #[pymodule_export]

@@ -11,9 +11,11 @@ from pathlib import Path
 
 import pytest
 from kilauea import aovs, arguments, cli, errors, interrupt
+from kilauea.checking import criteria
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMAND_LINE = "docs/command-line.md"
+CHECKING = "docs/checking.md"
 PAGES = sorted(
     str(page.relative_to(ROOT))
     for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(ROOT / "docs").rglob("*.md"))
@@ -118,6 +120,30 @@ def test_choices_are_those_of_the_parser():
         if action.choices:
             row = next(row for row in rows if f"`{action.option_strings[-1]}`" in row)
             assert code_spans(row.split("|")[2]) == list(action.choices)
+
+
+def test_options_of_check_are_those_of_the_parser():
+    parser = cli._parser("check").commands["check"]
+    stage_options = arguments.ArgumentParser()
+    arguments.add_stage_options(stage_options)
+    shared = {flag for a in stage_options._actions for flag in a.option_strings}
+    own = [f for a in parser._actions for f in a.option_strings if f not in shared]
+    assert spans_of_first_cells(section(CHECKING, "Options")) == own
+
+
+def test_thresholds_of_check_are_its_criteria():
+    rows = re.findall(
+        r"^\| `([\w-]+)` \| ([\d.%]+) \|", section(CHECKING, "Thresholds"), re.MULTILINE
+    )
+    assert tuple(name for name, _ in rows) == criteria.NAMES
+    read = criteria.parse_criteria([f"{name}={value}" for name, value in rows])
+    assert read == criteria.Criteria()
+
+
+def test_findings_of_check_are_listed():
+    source = text("usd_bridge/python/kilauea/checking/judge.py")
+    written = list(dict.fromkeys(re.findall(r'Finding\(\s*"(\w+)"', source)))
+    assert spans_of_first_cells(section(CHECKING, "What is judged")) == written
 
 
 def test_ignored_flags_are_those_of_the_parser():

@@ -1,3 +1,4 @@
+use crate::build::{has_area, in_range};
 use crate::visibility::Visibility;
 use kilauea_math::DAffine3;
 
@@ -33,6 +34,27 @@ impl<'a> Mesh<'a> {
             triangles,
             visibility: Visibility::ALL,
         }
+    }
+
+    /// How many of its triangles a build leaves out, wherever the mesh is placed: those with an
+    /// index or a coordinate out of range, and those without area at every key.
+    pub fn n_degenerate(&self) -> usize {
+        let corners = self.triangles.iter();
+        corners
+            .filter(|corners| self.is_degenerate(corners))
+            .count()
+    }
+
+    fn is_degenerate(&self, corners: &[u32; 3]) -> bool {
+        let mut any_area = false;
+        for positions in &self.positions {
+            let at = |i: u32| positions.get(i as usize).filter(|p| in_range(p)).copied();
+            let [Some(a), Some(b), Some(c)] = corners.map(at) else {
+                return true;
+            };
+            any_area |= has_area(&[a, b, c]);
+        }
+        !any_area
     }
 }
 

@@ -44,6 +44,7 @@ pub use exr_read::read_exr;
 pub use exr_write::write_exr;
 pub use film::{Film, FilmSettings};
 pub use filter::Filter;
+pub use flip::hdr_flip;
 pub use image::{Channel, Image};
 pub use metadata::{ImageMetadata, Packing};
 pub use png_write::write_png;

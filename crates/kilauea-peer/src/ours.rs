@@ -44,7 +44,16 @@ impl Tracer for Ours {
     #[inline(always)]
     fn nearest(&self, ray: &Segment) -> Option<f32> {
         // A renderer needs all of the hit, so all of it must be there.
-        black_box(self.0.intersect(&accel_ray(ray))).map(|hit| hit.t)
+        let hit = self.0.intersect(&accel_ray(ray));
+        black_box(&hit);
+        hit.map(|hit| hit.t)
+    }
+
+    #[inline(always)]
+    fn nearest_coherent(&self, ray: &Segment) -> Option<f32> {
+        let hit = self.0.intersect_coherent(&accel_ray(ray));
+        black_box(&hit);
+        hit.map(|hit| hit.t)
     }
 
     #[inline(always)]

@@ -51,7 +51,7 @@ impl Workload {
         shuffle(&mut diffuse);
         shuffle(&mut shadow);
         let sets = [
-            ("primary", Query::Nearest, primary),
+            ("primary", Query::NearestCoherent, primary),
             ("diffuse", Query::Nearest, diffuse),
             ("shadow", Query::Any, shadow),
             ("occlusion", Query::Any, occlusion),

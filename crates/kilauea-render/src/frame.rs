@@ -13,15 +13,15 @@ use kilauea_spot::{
 };
 
 use crate::RenderError;
-use crate::camera::RayGenerator;
+use crate::camera::{CameraRay, RayGenerator};
 use crate::integrator::{
-    Air, Answer, Blame, Media, MediumStack, PathIntegrator, Question, RayCounts, RayTracer,
-    media_around,
+    Air, Answer, Blame, Fault, Faults, FirstFault, Media, MediumStack, PathIntegrator, Question,
+    RayCounts, RayTracer, SampleId, Step, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
 use crate::prepared::PreparedScene;
-use crate::sampler::{Purpose, SamplerTables};
+use crate::sampler::{Purpose, Sampler, SamplerTables};
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
 pub(crate) struct Frame {
@@ -49,6 +49,8 @@ pub(crate) struct Frame {
 pub(crate) struct Outcome {
     pub(crate) has_ended: bool,
     pub(crate) counts: RayCounts,
+    /// Of samples that were not finite.
+    pub(crate) faults: Faults,
     pub(crate) error: Option<RenderError>,
     pub(crate) render_secs: f64,
     /// Highest in any run.
@@ -123,6 +125,7 @@ impl Frame {
                 needs: self.needs,
                 camera_media,
                 blame: &self.blame,
+                watch: Unwatched,
             },
         };
         let tracer = RayTracer::<CUTOUTS> {
@@ -249,14 +252,45 @@ impl<const CUTOUTS: bool, M: Media> PixelProgram<'_, CUTOUTS, M> {
                 if exposure != 1.0 {
                     expose(&mut sample, exposure);
                 }
-                frame
+                let is_finite = frame
                     .film
                     .tile(run.tile as usize)
                     .add(pixel_idx as usize, &sample);
+                if !is_finite {
+                    // In a box, as room for it would be in the state of every path.
+                    let fault = Box::pin(self.find_fault(&ray, &sampler, &cx)).await;
+                    let id = SampleId {
+                        row: pixel[1],
+                        column: pixel[0],
+                        sample: sample_idx,
+                    };
+                    frame.lock_outcome().faults.add(id, fault);
+                }
             }
             sampled.n_pixels += 1;
         }
         sampled
+    }
+
+    /// Traces a path again to see where it stopped being finite. Its rays are not counted.
+    #[cold]
+    async fn find_fault<C: Context<Self>>(
+        &self,
+        ray: &CameraRay,
+        sampler: &Sampler<'_>,
+        cx: &C,
+    ) -> Fault {
+        let first = FirstFault::default();
+        let mut counts = RayCounts::default();
+        self.integrator
+            .watched_by(&first)
+            .trace(ray, &self.frame.camera, sampler, &mut counts, cx)
+            .await;
+        first.get().unwrap_or(Fault {
+            step: Step::Exposure,
+            depth: 0,
+            at: None,
+        })
     }
 }
 

@@ -16,6 +16,9 @@ ENVIRONMENT_PREFIX = "KILAUEA_"
 MAX_SIDE = 65536
 """Pixels of a picture's longest side."""
 
+BUILT_INTEGRATORS = ("path",)
+"""Choices of `--integrator` that exist; the others render with `path`."""
+
 SUBDIVISION_LEVELS = {"low": 0, "medium": 1, "high": 2, "veryhigh": 3}
 
 # Flags of husk and usdrecord that mean nothing here, by how many values follow them.
@@ -108,7 +111,7 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("-o", "--output", metavar="FILES", help="OUT.exr,OUT.png with $F4, <F4>, %%04d or ####")
     add("--make-output-path", action="store_true", help="create missing folders")
     add("--fps", type=float, help="frames per second, for the header")
-    add("-p", "--pixel-samples", type=_positive, metavar="SAMPLES", help="samples per pixel")
+    add("-p", "--pixel-samples", type=positive, metavar="SAMPLES", help="samples per pixel")
     add("--timelimit", type=_seconds, metavar="SECONDS", help="for the whole command")
     add("--noise", type=float, metavar="THRESHOLD", help="stop where the image is this clean")
     add("--seed", type=int)
@@ -119,13 +122,13 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("--workers", type=int, metavar="N", help="processes")
     add("--cluster", metavar="ADDRESS")
     add("--shading", choices=("inline", "queued", "bytes"), help="how questions are answered")
-    add("--shade-memory", type=_positive, metavar="MIB", help="64 by default; where shades wait")
+    add("--shade-memory", type=positive, metavar="MIB", help="64 by default; where shades wait")
     add("--stats", metavar="OUT.json", help="what the render did and took")
     add("--filter", choices=("box", "gaussian", "blackman-harris"))
     add("--filter-radius", type=float, metavar="PIXELS")
     add("--aov", nargs="+", action="extend", metavar="NAME", help=", ".join(aovs.known()))
     add("--denoise", action="store_true")
-    add("--texture-memory", type=_positive, metavar="MIB", help="1024 by default")
+    add("--texture-memory", type=positive, metavar="MIB", help="1024 by default")
     parser.set_defaults(ignored_flags=[])
     for flag, n_values in _IGNORED_FLAGS.items():
         action = parser.add_argument(
@@ -197,7 +200,8 @@ def _seconds(text: str) -> float:
     return value
 
 
-def _positive(text: str) -> int:
+def positive(text: str) -> int:
+    """Read a whole number above zero."""
     value = int(text)
     if value < 1:
         raise argparse.ArgumentTypeError(f"{text} is not positive")

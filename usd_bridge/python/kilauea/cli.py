@@ -14,6 +14,7 @@ from typing import Any
 
 from kilauea import framespec, interrupt, request
 from kilauea.arguments import (
+    BUILT_INTEGRATORS,
     ArgumentParser,
     add_render_options,
     add_stage_options,
@@ -92,6 +93,9 @@ def _parser(command: str) -> _MainParser:
     compare.add_argument("a", metavar="A.exr")
     compare.add_argument("b", metavar="B.exr")
     add_render_options(add("reference", _reference, "render a stage with Cycles"))
+    check = add("check", _check, "hold a stage against Cycles or an image, with a verdict")
+    if command == "check":
+        _optional("kilauea.check", "check").add_arguments(check)
     bench = add("bench", _bench, "measure speed and error")
     if command == "bench":
         _optional("kilauea.bench", "bench").add_arguments(bench)
@@ -107,8 +111,10 @@ def _render(args: argparse.Namespace) -> int:
     for flag in _FLAGS_NOT_BUILT_YET:
         if getattr(args, flag):
             request.print_warning(f"--{flag} is not built yet: ignored")
-    if args.integrator == "kilauea":
-        request.print_warning("--integrator kilauea is not built yet: rendering with path")
+    if args.integrator and args.integrator not in BUILT_INTEGRATORS:
+        request.print_warning(
+            f"--integrator {args.integrator} is not built yet: rendering with path"
+        )
     settings = request.engine_settings(args)
     max_level = subdivision_level(args.complexity)
     verbosity, letters = request.verbosity(args.verbose)
@@ -182,6 +188,10 @@ def _reference(args: argparse.Namespace) -> int:
     args.stage = request.stage_path(args)
     args.output = args.output or args.positional_output
     return _optional("kilauea.reference", "reference").main(args)
+
+
+def _check(args: argparse.Namespace) -> int:
+    return _optional("kilauea.check", "check").main(args)
 
 
 def _bench(args: argparse.Namespace) -> int:

@@ -39,3 +39,8 @@ def check_writable(files: Iterable[str], make_folders: bool) -> None:
             raise KilaueaError(f"output {path} cannot be written")
         if not os.access(folder, os.W_OK):
             raise KilaueaError(f"output folder {folder} cannot be written")
+
+
+def partial_name(path: Path) -> Path:
+    """Return the name under which a file or folder is written before it takes its own."""
+    return path.with_name(f".{path.name}.{os.getpid()}.partial")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 import json
-import os
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 from kilauea import interrupt
 from kilauea.clock import process_age
 from kilauea.errors import KilaueaError
+from kilauea.output import partial_name
 from kilauea.payload import Frame
 from kilauea.progress import Progress, duration
 
@@ -32,6 +32,7 @@ DEFAULTS: dict[str, Any] = {
     "shading": "inline",
     "shade_memory_bytes": 64 << 20,
     "specialize": True,
+    "general": [],
 }
 """As in `kilauea_scene::RenderSettings`."""
 
@@ -80,13 +81,13 @@ def settings_record(frame: Frame, options: RenderOptions) -> dict[str, Any]:
     return record
 
 
-def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
-    """Render a frame, write its files and return its statistics.
+def build_scene(frame: Frame, options: RenderOptions) -> Any:
+    """Assemble a frame and build what it takes to trace it.
 
     Raises
     ------
     KilaueaError
-        The engine refuses the scene, or the files cannot be written.
+        The engine refuses the scene.
     """
     engine = native()
     settings = DEFAULTS | frame.settings | options.settings
@@ -98,7 +99,22 @@ def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
         "max_chunk_triangles": MAX_CHUNK_TRIANGLES,
     }
     try:
-        scene = interrupt.run(lambda: engine.build_scene(frame, json.dumps(build_options)))
+        return interrupt.run(lambda: engine.build_scene(frame, json.dumps(build_options)))
+    except (engine.SceneError, engine.RenderError) as error:
+        raise KilaueaError(str(error)) from None
+
+
+def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
+    """Render a frame, write its files and return its statistics.
+
+    Raises
+    ------
+    KilaueaError
+        The engine refuses the scene, or the files cannot be written.
+    """
+    engine = native()
+    try:
+        scene = build_scene(frame, options)
         warnings = [*frame.warnings, *frame.notes, *scene.warnings()]
         metadata = {
             "stage": frame.stage,
@@ -109,7 +125,7 @@ def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
         }
         settings = settings_record(frame, options)
         job = scene.render(json.dumps(settings), json.dumps(metadata))
-        _wait(job, Progress(options.verbosity >= 2, options.alfred))
+        wait(job, Progress(options.verbosity >= 2, options.alfred))
         stats = interrupt.run(lambda: json.loads(job.finish(options.outputs)), interrupt.GRACE_SECS)
     except (engine.SceneError, engine.RenderError) as error:
         raise KilaueaError(str(error)) from None
@@ -134,7 +150,8 @@ def summary(stats: dict[str, Any], outputs: list[str]) -> str:
     return "  ".join(parts)
 
 
-def _wait(job: Any, progress: Progress) -> None:
+def wait(job: Any, progress: Progress) -> None:
+    """Show how far a render is until it has stopped; an interrupt ends the command."""
     try:
         while not job.wait(_POLL_SECS):
             progress.update(*job.progress())
@@ -146,7 +163,7 @@ def _wait(job: Any, progress: Progress) -> None:
 
 def _write_stats(stats: dict[str, Any], file: Path) -> None:
     """Write the file whole or not at all."""
-    partial = file.with_name(f".{file.name}.{os.getpid()}.partial")
+    partial = partial_name(file)
     try:
         partial.write_text(json.dumps(stats, indent=2) + "\n")
         partial.replace(file)

@@ -113,11 +113,9 @@ def engine_settings(args: argparse.Namespace) -> dict[str, Any]:
         "seed": args.seed,
         "filter": args.filter,
         "filter_radius": args.filter_radius,
-        "threads": args.threads,
+        "threads": n_threads(args.threads),
         "shading": args.shading,
     }
-    if args.threads < 0:
-        settings["threads"] = max(1, (os.cpu_count() or 1) + args.threads)
     if args.seed is not None:
         settings["seed"] = args.seed % 2**32
     if args.texture_memory is not None:
@@ -127,6 +125,11 @@ def engine_settings(args: argparse.Namespace) -> dict[str, Any]:
     if args.aov:
         settings["aovs"] = [_aov(name) for names in args.aov for name in names.split(",")]
     return {key: value for key, value in settings.items() if value is not None}
+
+
+def n_threads(asked: int) -> int:
+    """Return how many threads to use, 0 for all cores; negative numbers leave cores free."""
+    return max(1, (os.cpu_count() or 1) + asked) if asked < 0 else asked
 
 
 def _aov(name: str) -> str:

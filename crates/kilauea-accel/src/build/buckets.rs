@@ -7,7 +7,7 @@ use kilauea_math::Vec3A;
 use obvhs::aabb::Aabb;
 
 /// Most pairs of a bucket.
-pub(crate) const MAX_BUCKET: usize = 1 << 17;
+pub(crate) const MAX_BUCKET: usize = 1 << 24;
 
 /// Pairs looked at to choose a cut.
 const N_SAMPLES: usize = 1 << 14;

@@ -13,6 +13,7 @@ mod top;
 mod wide;
 
 pub(crate) use plan::Plan;
+pub(crate) use soup::{has_area, in_range};
 pub(crate) use top::{build_top, instance_bounds};
 
 use crate::geometry::Quality;

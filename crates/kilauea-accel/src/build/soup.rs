@@ -17,9 +17,13 @@ pub(crate) struct SoupTriangle {
 impl SoupTriangle {
     /// In range, and not so thin that its area is zero.
     fn is_valid(&self) -> bool {
-        let in_range = self.v.iter().flatten().all(|x| x.abs() <= MAX_COORDINATE);
-        in_range && has_area(&self.v)
+        self.v.iter().all(in_range) && has_area(&self.v)
     }
+}
+
+/// Whether a position is one of numbers that are not too large.
+pub(crate) fn in_range(p: &[f32; 3]) -> bool {
+    p.iter().all(|x| x.abs() <= MAX_COORDINATE)
 }
 
 /// Whether a triangle is not so thin that its area is zero.

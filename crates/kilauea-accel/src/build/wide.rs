@@ -61,6 +61,7 @@ pub(crate) fn widen(bvh: &Bvh2, options: WideOptions) -> WideTree {
             children.push(binary);
         } else {
             split_roots(bvh, &choices, binary, 8, &mut children);
+            order_for_any_hit(bvh, &choices, &mut children);
         }
         wide.stack_need = wide.stack_need.max(stack_below + children.len());
 
@@ -168,6 +169,17 @@ fn split_roots(
             split_roots(bvh, choices, child, n, out);
         }
     }
+}
+
+/// Puts the children in the order in which a walk for any hit should try them: leaves first, which
+/// can end it at once, then large ones. It takes the first lane first, and then from the last down.
+fn order_for_any_hit(bvh: &Bvh2, choices: &[Choice], children: &mut [usize]) {
+    let area = |child: usize| bvh.nodes[child].aabb().half_area();
+    children.sort_by(|&a, &b| {
+        let leaves_first = choices[b].is_leaf.cmp(&choices[a].is_leaf);
+        leaves_first.then(area(b).total_cmp(&area(a)))
+    });
+    children[1..].reverse();
 }
 
 /// The primitives of a subtree, in order.

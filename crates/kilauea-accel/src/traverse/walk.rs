@@ -87,7 +87,7 @@ impl<K: Kernel, V: Visitor, N: WalkNode> Children<'_, K, V, N> {
     /// Takes the child of the lowest lane.
     #[inline(always)]
     fn next(&mut self) -> Entry {
-        let lane = (self.mask.trailing_zeros() & 7) as usize;
+        let lane = self.kernel.first_lane(self.mask);
         self.mask &= self.mask.wrapping_sub(1);
         entry(self.node.child[lane], self.entries.0[lane])
     }

@@ -14,9 +14,15 @@ use rayon::prelude::*;
 use exposure::{exposures, tone_map};
 use ldr::Observer;
 
-/// Mean over the pixels of the largest FLIP among the exposures that suit the reference: 0 for
-/// equal images, at most 1. Images are linear Rec. 709, finite; negative values count as zero.
-pub(crate) fn mean_hdr_flip(test: &[[f32; 3]], reference: &[[f32; 3]], size: [usize; 2]) -> f64 {
+/// The largest FLIP of each pixel among the exposures that suit the reference: 0 where the images
+/// are equal, at most 1. Images are rows of linear Rec. 709, finite; negative values count as zero.
+///
+/// # Panics
+/// If an image does not have width times height pixels, `size` being both.
+pub fn hdr_flip(test: &[[f32; 3]], reference: &[[f32; 3]], size: [usize; 2]) -> Vec<f32> {
+    for image in [test, reference] {
+        assert_eq!(image.len(), size[0] * size[1], "pixels of a {size:?} image");
+    }
     let observer = Observer::new();
     let mut largest = vec![0.0f32; reference.len()];
     for exposure in exposures(reference) {
@@ -31,7 +37,13 @@ pub(crate) fn mean_hdr_flip(test: &[[f32; 3]], reference: &[[f32; 3]], size: [us
             *largest = largest.max(error);
         }
     }
-    largest.iter().map(|&e| f64::from(e)).sum::<f64>() / largest.len().max(1) as f64
+    largest
+}
+
+/// Mean of [`hdr_flip`] over the pixels.
+pub(crate) fn mean_hdr_flip(test: &[[f32; 3]], reference: &[[f32; 3]], size: [usize; 2]) -> f64 {
+    let errors = hdr_flip(test, reference, size);
+    errors.iter().map(|&e| f64::from(e)).sum::<f64>() / errors.len().max(1) as f64
 }
 
 #[cfg(test)]
@@ -91,6 +103,21 @@ mod tests {
         check(tinted, reference, 0.240_563_8);
         check(noisy, reference, 0.101_611_7);
         check(tinted, mostly_black, 0.788_228_5);
+    }
+
+    #[test]
+    fn the_map_shows_where() {
+        let marked = image(|x, y| {
+            if (x, y) == (40, 8) {
+                [5.0; 3]
+            } else {
+                reference(x, y)
+            }
+        });
+        let errors = hdr_flip(&marked, &image(reference), [48, 32]);
+        let worst = (0..errors.len()).max_by(|&a, &b| errors[a].total_cmp(&errors[b]));
+        assert_eq!(worst, Some(8 * 48 + 40));
+        assert!(errors[31 * 48] < 1e-6, "{}", errors[31 * 48]);
     }
 
     #[test]

@@ -5,6 +5,7 @@ mod curve;
 mod flatten;
 mod interaction;
 pub(crate) mod keys;
+mod left_out;
 mod locate;
 mod placed;
 mod shape_point;
@@ -21,10 +22,12 @@ use kilauea_texture::TextureStore;
 use shaders::Shader;
 
 use crate::RenderError;
+use crate::prepared::PrepareOptions;
 use accel_input::accel_geometry;
 use flatten::{Flattened, flatten};
 pub(crate) use interaction::Interaction;
 pub use interaction::View;
+use left_out::LeftOut;
 use locate::Chunk;
 pub(crate) use locate::PrimitiveRef;
 use locate::PrototypeIndex;
@@ -34,6 +37,7 @@ use placed::Placed;
 pub struct Geometry {
     scene: Arc<Scene>,
     accel: Accel,
+    left_out: LeftOut,
     shaders: Vec<Shader>,
     placements: Vec<Placed>,
     /// By prototype.
@@ -45,8 +49,8 @@ pub struct Geometry {
 
 impl Geometry {
     /// Flattens the prototype graph, compiles the shaders and builds the tree, at the quality that
-    /// pays for `n_camera_samples`.
-    pub fn build(scene: Arc<Scene>, n_camera_samples: u64) -> Result<Self, RenderError> {
+    /// pays for the camera samples.
+    pub fn build(scene: Arc<Scene>, options: &PrepareOptions) -> Result<Self, RenderError> {
         let shaders: Vec<Shader> = scene
             .materials
             .iter()
@@ -59,14 +63,17 @@ impl Geometry {
             n_instances,
         } = flatten(&scene, &shaders);
         let geometries: Vec<_> = scene.prototypes.iter().map(accel_geometry).collect();
-        let options = BuildOptions {
-            quality: tree_quality(&scene, n_camera_samples),
+        let build_options = BuildOptions {
+            quality: tree_quality(&scene, options.n_camera_samples),
+            specialize: options.specialize_rays,
             ..BuildOptions::default()
         };
-        let accel = Accel::build(&geometries, &accel_placements, &options);
+        let accel = Accel::build(&geometries, &accel_placements, &build_options);
+        let left_out = LeftOut::of(&accel, &geometries, &placements, &scene);
         drop(geometries);
         Ok(Self {
             accel,
+            left_out,
             shaders,
             placements,
             prototypes: scene.prototypes.iter().map(PrototypeIndex::new).collect(),
@@ -79,6 +86,11 @@ impl Geometry {
     /// The acceleration structure.
     pub fn accel(&self) -> &Accel {
         &self.accel
+    }
+
+    /// What the tree leaves out, in a line that names prims; none where it has everything.
+    pub fn left_out(&self) -> Option<String> {
+        self.left_out.line(&self.scene)
     }
 
     /// Shaders by material.

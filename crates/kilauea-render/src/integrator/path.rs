@@ -3,7 +3,7 @@
 
 use kilauea_accel::{Hit, Ray};
 use kilauea_film::PixelSample;
-use kilauea_math::{Spectrum, Vec2};
+use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_spot::{Context, Program};
 use kilauea_texture::TextureStore;
 use std::marker::PhantomData;
@@ -11,21 +11,22 @@ use std::pin::pin;
 
 use super::blame::Blame;
 use super::cone::RayCone;
+use super::fault::{Step, Unwatched, Watch};
 use super::media::{Media, is_hidden};
 use super::question::{Answer, Question};
 use super::shade::{Asked, PathShade};
 use super::throughput::Throughput;
 use super::walk::{Path, Vertex};
 use crate::camera::{CameraRay, RayGenerator};
-use crate::geometry::{Geometry, Interaction, View};
-use crate::light::Lights;
+use crate::geometry::{Geometry, Interaction, PrimitiveRef, View};
+use crate::light::{Emitted, Lights};
 use crate::needs::SceneNeeds;
 use crate::sampler::Sampler;
 
 /// The path integrator. `CUTOUTS` as in [`super::RayTracer`], which it asks; `M` is what paths keep
 /// of the media around them.
 #[derive(Clone, Copy)]
-pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M> {
+pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, W = Unwatched> {
     /// Surfaces.
     pub geometry: &'a Geometry,
     /// Lights.
@@ -42,6 +43,8 @@ pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M> {
     pub camera_media: M,
     /// Where a shader that panics leaves its name.
     pub blame: &'a Blame,
+    /// Sees the values of paths.
+    pub watch: W,
 }
 
 /// Rays traced, by purpose.
@@ -71,6 +74,23 @@ impl RayCounts {
 }
 
 impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
+    /// The same integrator, under watch.
+    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, W> {
+        PathIntegrator {
+            geometry: self.geometry,
+            lights: self.lights,
+            textures: self.textures,
+            max_depth: self.max_depth,
+            samples_per_pixel: self.samples_per_pixel,
+            needs: self.needs,
+            camera_media: self.camera_media,
+            blame: self.blame,
+            watch,
+        }
+    }
+}
+
+impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M, W> {
     /// Radiance along a camera ray, and what the first surface there is like.
     ///
     /// What rays meet is asked of `cx`; all else is done here. A shader ends before the path that
@@ -96,6 +116,9 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
             throughput: Throughput::start(),
             media: self.camera_media,
         };
+        self.watch.see(Step::CameraRay, 0, None, || {
+            path.ray.origin.is_finite() && path.ray.dir.is_finite()
+        });
         counts.camera += 1;
         let mut closest = cx.ask(Question::closest::<CUTOUTS>(&path.ray, sampler, 0));
 
@@ -160,6 +183,8 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
             + out.direct_specular
             + out.indirect_diffuse
             + out.indirect_specular;
+        self.watch
+            .see(Step::Sum, self.max_depth, None, || out.beauty.is_finite());
         out
     }
 
@@ -175,6 +200,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
         };
         self.lights
             .for_each_area_hit(&segment, path.receiver(), self.textures, |t, emitted| {
+                self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, t);
                 path.add_emitted(out, depth, &emitted, passed);
             });
@@ -188,6 +214,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
         }
         self.lights
             .for_each_infinite(path.ray.dir, path.receiver(), self.textures, |emitted| {
+                self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, f32::INFINITY);
                 path.add_emitted(out, depth, &emitted, passed);
             });
@@ -231,7 +258,13 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
         hit: &Hit,
     ) -> Vertex<'a, M> {
         path.cone.advance(hit.t);
+        self.watch.see(Step::Hit, depth, None, || {
+            Vec3::new(hit.t, hit.u, hit.v).is_finite()
+        });
         let mut interaction = self.interaction(hit, &path.ray, path.cone.width);
+        let at = Some(interaction.at);
+        self.watch
+            .see(Step::Surface, depth, at, || interaction.is_finite());
         let passed = path.media.transmittance(self.geometry, hit.t);
         let boundary = path.media.boundary(self.geometry, &interaction);
         if let Some(boundary) = &boundary {
@@ -243,11 +276,15 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
                 .lights
                 .emitted_by_surface(&interaction, hit.t, path.receiver());
             if let Some(emitted) = emitted {
+                self.see_emitted(depth, at, &emitted);
                 path.add_emitted(out, depth, &emitted, passed);
             }
         }
         if depth == 0 {
-            self.describe_surface(out, &interaction);
+            out.alpha = 1.0;
+            if self.needs.surface_layers {
+                self.describe_surface(out, &interaction);
+            }
         }
         Vertex {
             depth,
@@ -257,9 +294,15 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
         }
     }
 
+    #[inline]
+    fn see_emitted(&self, depth: u32, at: Option<PrimitiveRef>, emitted: &Emitted) {
+        self.watch.see(Step::Emission, depth, at, || {
+            emitted.radiance.is_finite() && !emitted.pdf.is_nan()
+        });
+    }
+
     fn describe_surface(&self, out: &mut PixelSample, interaction: &Interaction<'_>) {
         let (prim_id, instance_id) = self.geometry.ids(interaction.at);
-        out.alpha = 1.0;
         out.n = interaction.surface.ns;
         out.p = interaction.surface.p;
         out.prim_id = prim_id;

@@ -8,6 +8,7 @@ use kilauea_spot::{Context, Program};
 use std::future::ready;
 use std::marker::PhantomData;
 
+use super::fault::{Step, Watch};
 use super::media::Media;
 use super::path::{PathIntegrator, RayCounts};
 use super::question::{Answer, Question};
@@ -15,8 +16,8 @@ use super::walk::{Path, Vertex, power_heuristic};
 use crate::sampler::{Purpose, Sampler};
 
 /// A path at a vertex, as the shader there sees it.
-pub(super) struct PathShade<'v, 'a, P: Program, C: Context<P>, M, const CUTOUTS: bool> {
-    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M>,
+pub(super) struct PathShade<'v, 'a, P: Program, C: Context<P>, M, W, const CUTOUTS: bool> {
+    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, W>,
     pub(super) vertex: &'v Vertex<'a, M>,
     pub(super) path: &'v mut Path<M>,
     pub(super) sampler: &'v Sampler<'v>,
@@ -52,11 +53,12 @@ impl<R> Asked<R> {
     };
 }
 
-impl<'v, 'a, P, C, M, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, CUTOUTS>
+impl<'v, 'a, P, C, M, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
+    W: Watch,
 {
     #[inline]
     fn surface(&self) -> &Surface<'_> {
@@ -67,7 +69,8 @@ where
     fn direct_light(
         &mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, W, CUTOUTS> {
+        self.see_bsdf(bsdf);
         let direct = self.sample_lights(bsdf);
         async move {
             let Some(direct) = direct else {
@@ -88,12 +91,20 @@ where
     fn indirect(
         self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, W, CUTOUTS> {
+        self.see_bsdf(bsdf);
         let depth = self.vertex.depth;
-        if depth == 0 {
+        let needs = &self.integrator.needs;
+        if depth == 0 && needs.surface_layers {
             self.asked.albedo = bsdf.albedo();
         }
-        if !self.path.scatter(self.vertex, bsdf, self.sampler) {
+        // All that the last ray could find is light.
+        if depth + 1 == self.integrator.max_depth && !needs.met_lights() {
+            return ready(Scattered::NOTHING);
+        }
+        let is_alive = self.path.scatter(self.vertex, bsdf, self.sampler);
+        self.see_scattered();
+        if !is_alive {
             return ready(Scattered::NOTHING);
         }
         self.counts.indirect += 1;
@@ -103,11 +114,12 @@ where
     }
 }
 
-impl<P, C, M, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, CUTOUTS>
+impl<P, C, M, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
+    W: Watch,
 {
     /// Estimates direct light by choosing a light (next-event estimation).
     #[inline]
@@ -128,8 +140,7 @@ where
         if !needs.lights || !bsdf.has_smooth_lobes() {
             return None;
         }
-        // A single light needs no choice.
-        let u_choice = if lights.len() > 1 {
+        let u_choice = if needs.light_choice {
             self.sampler.pair(Purpose::Choice(*depth)).x
         } else {
             0.5
@@ -139,6 +150,12 @@ where
         let light = lights.sample(receiver, u_choice, u_light, geometry, textures)?;
         let sample = &light.sample;
         let eval = bsdf.eval(sample.wi);
+        self.see(Step::LightSample, || {
+            sample.wi.is_finite() && sample.radiance.is_finite() && !sample.pdf.is_nan()
+        });
+        self.see(Step::BsdfValue, || {
+            eval.total().is_finite() && !eval.pdf.is_nan()
+        });
         let (diffuse, specular) = (eval.diffuse * light.diffuse, eval.specular * light.specular);
         if diffuse.is_black() && specular.is_black() {
             return None;
@@ -166,6 +183,7 @@ where
         let least_priority = media.least_priority(geometry);
         let unabsorbed = media.transmittance(geometry, sample.distance) * *passed;
         let radiance = sample.radiance * unabsorbed * (weight / sample.pdf);
+        self.see(Step::LightSample, || radiance.is_finite());
         let question =
             Question::occluded::<CUTOUTS>(&shadow_ray, least_priority, self.sampler, *depth);
         Some(Direct {
@@ -173,5 +191,30 @@ where
             diffuse: radiance * diffuse,
             specular: radiance * specular,
         })
+    }
+    #[inline]
+    fn see(&self, step: Step, is_finite: impl FnOnce() -> bool) {
+        let Vertex {
+            depth, interaction, ..
+        } = self.vertex;
+        let watch = self.integrator.watch;
+        watch.see(step, *depth, Some(interaction.at), is_finite);
+    }
+
+    #[inline]
+    fn see_bsdf(&self, bsdf: &SeenBsdf) {
+        self.see(Step::Bsdf, || bsdf.albedo().is_finite());
+    }
+
+    #[inline]
+    fn see_scattered(&self) {
+        let throughput = &self.path.throughput;
+        self.see(Step::BsdfSample, || {
+            let last = throughput.last_diffuse + throughput.last_specular;
+            last.is_finite() && self.path.ray.dir.is_finite()
+        });
+        self.see(Step::Throughput, || {
+            throughput.total(self.vertex.depth).is_finite()
+        });
     }
 }

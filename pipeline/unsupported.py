@@ -2,4 +2,4 @@
 
 
 class UnsupportedError(Exception):
-    """The scene holds something that has no counterpart in Mitsuba."""
+    """The scene holds something that has no counterpart in the engine."""

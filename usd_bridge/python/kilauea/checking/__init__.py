@@ -1,0 +1,1 @@
+"""Whether a stage renders as a reference does: the tests behind `kilauea check`."""

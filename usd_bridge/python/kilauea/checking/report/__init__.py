@@ -1,0 +1,1 @@
+"""What a check leaves behind: a page for people, JSON and JUnit XML for programs, images."""
