@@ -55,6 +55,8 @@ class Materials:
             mirror = {"type": "conductor", "material": "none", "specular_reflectance": tint}
             return {"type": "twosided", "bsdf": mirror}
         if record["shader"] == "Glass":
+            if constant(record, "transmissionDepth", 0.0) != 0.0:
+                raise UnsupportedError(f"{record['path']}: the absorption of glass")
             return {
                 "type": "dielectric",
                 "int_ior": constant(record, "ior", 1.5),

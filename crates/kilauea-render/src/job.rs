@@ -208,6 +208,13 @@ impl Frame {
             let n = outcome.counts.invalid;
             warnings.push(format!("{n} rays could not be traced and hit nothing"));
         }
+        if outcome.counts.in_too_many_media > 0 {
+            let n = outcome.counts.in_too_many_media;
+            warnings.push(format!(
+                "{n} paths were in too many media at once; those of the lowest priority were \
+                 forgotten"
+            ));
+        }
         let geometry = &prepared.geometry;
         warnings.extend(outcome.faults.lines(|at| {
             let prim = scene.prim_path(geometry.ids(at).0.cast_unsigned());

@@ -1,6 +1,7 @@
 //! What a scene uses, found once, so that loops skip the rest.
 
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 use crate::geometry::Geometry;
 use crate::light::Lights;
@@ -52,6 +53,10 @@ scene_needs! {
     points,
     /// Some rays do not meet something.
     masks,
+    /// Some surface bounds a medium that paths keep track of.
+    media,
+    /// Media have different priorities, so that boundaries can be hidden.
+    nested_media,
     /// The camera has a lens.
     lens,
     /// Layers are recorded that describe surfaces: normals, positions, albedo, ids.
@@ -73,6 +78,10 @@ impl SceneNeeds {
             let mut shaders = geometry.shaders().iter().zip(0..);
             shaders.any(|(shader, idx)| is_such(shader) && used(idx))
         };
+        let priorities: BTreeSet<i8> = (geometry.shaders().iter().zip(0..))
+            .filter(|(_, idx)| used(*idx))
+            .filter_map(|(shader, _)| Some(shader.interior()?.priority))
+            .collect();
         Self {
             cutouts: any_shader(|shader| !shader.is_opaque()),
             lights: lights.len() > 0,
@@ -87,6 +96,8 @@ impl SceneNeeds {
             curves: prototypes.iter().any(|p| !p.curves.is_empty()),
             points: prototypes.iter().any(|p| !p.points.is_empty()),
             masks: prototypes.iter().any(hides),
+            media: !priorities.is_empty(),
+            nested_media: priorities.len() > 1,
             lens: scene.camera.lens_radius > 0.0,
             surface_layers: true,
         }

@@ -118,6 +118,7 @@ impl Look {
             primvars: &primvars,
             instance_primvars: &[],
             instance_index: 0,
+            outside_ior: 1.0,
             footprint: 0.0,
             textures: &textures,
         })

@@ -131,15 +131,21 @@ impl Geometry {
         (prim_idx as i32, instance_id)
     }
 
+    /// The material of a primitive.
+    #[inline]
+    pub fn material(&self, at: PrimitiveRef) -> u32 {
+        self.chunk(at).material()
+    }
+
     /// The shader of a primitive.
     #[inline]
     pub fn shader(&self, at: PrimitiveRef) -> &Shader {
-        &self.shaders[self.chunk(at).material() as usize]
+        &self.shaders[self.material(at) as usize]
     }
 
     /// Path of a primitive's material.
     pub fn material_path(&self, at: PrimitiveRef) -> &str {
-        &self.scene.materials[self.chunk(at).material() as usize].path
+        &self.scene.materials[self.material(at) as usize].path
     }
 
     /// Corner points of a triangle in engine space, in the chunk's winding, as the shutter opens.
@@ -181,6 +187,7 @@ impl Geometry {
                 primvars: &self.slots[(placed.first_slots + at.chunk) as usize],
                 instance_primvars,
                 instance_index,
+                outside_ior: 1.0,
                 footprint: view.footprint,
                 textures,
             },

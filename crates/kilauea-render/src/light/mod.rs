@@ -205,19 +205,21 @@ impl Lights {
         })
     }
 
-    /// Visits every area light that the ray meets before `ray.t_max`. Lights let rays through.
+    /// Visits every area light that the ray meets within its range, with the distance. Lights let
+    /// rays through.
     #[inline]
     pub fn for_each_area_hit(
         &self,
         ray: &Ray,
         receiver: Option<Receiver>,
         textures: &TextureStore,
-        mut visit: impl FnMut(Emitted),
+        mut visit: impl FnMut(f32, Emitted),
     ) {
         self.area_bvh.for_each(ray, |idx| {
             let light = &self.area[idx as usize];
             if let Some(hit) = light.intersect(ray) {
-                visit(self.emitted_by_area(idx, light, &hit, ray, receiver, textures));
+                let emitted = self.emitted_by_area(idx, light, &hit, ray, receiver, textures);
+                visit(hit.t, emitted);
             }
         });
     }

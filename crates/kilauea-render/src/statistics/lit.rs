@@ -60,7 +60,7 @@ impl Sees for Lit<'_> {
         };
         let ray = Ray::new(self.receiver.p, dir);
         let receiver = Some(self.receiver);
-        lights.for_each_area_hit(&ray, receiver, textures, &mut visit_bright);
+        lights.for_each_area_hit(&ray, receiver, textures, |_, e| visit_bright(e));
         lights.for_each_infinite(dir, receiver, textures, &mut visit_bright);
         if let Some(hit) = geometry.accel().intersect(&ray) {
             let view = View {
