@@ -33,15 +33,12 @@ pub struct PreparedScene {
 pub struct PrepareOptions {
     /// Bound on the texture tiles in memory.
     pub texture_memory_bytes: u64,
-    /// Camera samples that will be taken: what a better tree costs must come back in their rays.
-    pub n_camera_samples: u64,
 }
 
 impl Default for PrepareOptions {
     fn default() -> Self {
         Self {
             texture_memory_bytes: 1 << 30,
-            n_camera_samples: u64::MAX,
         }
     }
 }
@@ -55,7 +52,7 @@ impl PreparedScene {
         let (textures, texture_errors) =
             TextureStore::open(&scene.textures, options.texture_memory_bytes);
         let mut warnings: Vec<String> = texture_errors.iter().map(ToString::to_string).collect();
-        let geometry = Geometry::build(Arc::clone(&scene), options.n_camera_samples)?;
+        let geometry = Geometry::build(Arc::clone(&scene))?;
         for (material, shader) in scene.materials.iter().zip(geometry.shaders()) {
             for input in shader.ignored_inputs() {
                 warnings.push(format!("{}: inputs:{input} is not known", material.path));

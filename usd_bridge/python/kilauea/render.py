@@ -92,7 +92,6 @@ def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
     settings = DEFAULTS | frame.settings | options.settings
     build_options = {
         "resolution": settings["resolution"],
-        "samples_per_pixel": settings["samples_per_pixel"],
         "texture_memory_bytes": settings["texture_memory_bytes"],
         "max_subdivision_level": options.max_subdivision_level,
         "max_chunk_triangles": MAX_CHUNK_TRIANGLES,

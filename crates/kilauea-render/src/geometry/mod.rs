@@ -13,7 +13,7 @@ mod triangle;
 
 use std::sync::Arc;
 
-use kilauea_accel::{Accel, BuildOptions, Quality};
+use kilauea_accel::{Accel, BuildOptions};
 use kilauea_math::Vec3;
 use kilauea_scene::{InstanceAttribute, MeshChunk, Scene, Visibility};
 use kilauea_shading::{PrimvarSlot, Surface};
@@ -44,9 +44,8 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Flattens the prototype graph, compiles the shaders and builds the tree, at the quality that
-    /// pays for `n_camera_samples`.
-    pub fn build(scene: Arc<Scene>, n_camera_samples: u64) -> Result<Self, RenderError> {
+    /// Flattens the prototype graph, compiles the shaders and builds the tree.
+    pub fn build(scene: Arc<Scene>) -> Result<Self, RenderError> {
         let shaders: Vec<Shader> = scene
             .materials
             .iter()
@@ -59,11 +58,7 @@ impl Geometry {
             n_instances,
         } = flatten(&scene, &shaders);
         let geometries: Vec<_> = scene.prototypes.iter().map(accel_geometry).collect();
-        let options = BuildOptions {
-            quality: tree_quality(&scene, n_camera_samples),
-            ..BuildOptions::default()
-        };
-        let accel = Accel::build(&geometries, &accel_placements, &options);
+        let accel = Accel::build(&geometries, &accel_placements, &BuildOptions::default());
         drop(geometries);
         Ok(Self {
             accel,
@@ -188,16 +183,5 @@ impl Geometry {
                 (&group.attributes, index)
             }
         }
-    }
-}
-
-/// The better tree takes some 15 µs a triangle longer to build, and spares some 0.2 µs of the rays
-/// of a camera sample.
-fn tree_quality(scene: &Scene, n_camera_samples: u64) -> Quality {
-    let n_primitives: u64 = scene.prototypes.iter().map(locate::n_primitives).sum();
-    if n_primitives.saturating_mul(75) <= n_camera_samples {
-        Quality::Final
-    } else {
-        Quality::Preview
     }
 }
