@@ -21,7 +21,7 @@ fn build<B: Block + Send>(
     boxes: &[[Bounds3; 2]],
     options: LeafOptions,
     (store, n_primitives): (B::Store, usize),
-    block: impl Fn(&Group) -> B + Send + Sync,
+    block: impl Fn(&B::Store, &Group) -> B + Send + Sync,
 ) -> BlockTree<B> {
     let swept = boxes.iter().map(|[first, last]| {
         let bounds = first.union(last);
@@ -37,7 +37,10 @@ fn build<B: Block + Send>(
     BlockTree {
         bounds: nodes[0].bounds(),
         nodes: B::Node::over(nodes, leaf_boxes),
-        leaves: leaves.par_iter().map(block).collect(),
+        leaves: leaves
+            .par_iter()
+            .map(|group| block(&store, group))
+            .collect(),
         store,
         n_primitives,
     }
@@ -52,7 +55,7 @@ const SPHERES: LeafOptions = LeafOptions {
 pub(crate) fn over_spheres(part: &Part<Sphere>) -> BlockTree<SphereBlock> {
     let spheres = &part.keys[0];
     let boxes: Vec<_> = spheres.iter().map(|s| [s.bounds(); 2]).collect();
-    build(&boxes, SPHERES, ((), spheres.len()), |group| {
+    build(&boxes, SPHERES, ((), spheres.len()), |(), group| {
         SphereBlock::new(group.items().map(|i| (spheres[i], part.ids[i])))
     })
 }
@@ -64,7 +67,7 @@ pub(crate) fn over_moving_spheres(part: &Part<Sphere>, key: usize) -> BlockTree<
     let boxes: Vec<_> = (0..n)
         .map(|i| ends.map(|spheres| spheres[i].bounds()))
         .collect();
-    build(&boxes, SPHERES, ((), n), |group| MovingSphereBlock {
+    build(&boxes, SPHERES, ((), n), |(), group| MovingSphereBlock {
         ends: ends
             .map(|spheres| SphereBlock::new(group.items().map(|i| (spheres[i], part.ids[i])))),
     })
@@ -88,7 +91,7 @@ pub(crate) fn over_moving_triangles(
             })
         })
         .collect();
-    build(&boxes, PAIRS, ((), part.ids.len()), |group| {
+    build(&boxes, PAIRS, ((), part.ids.len()), |(), group| {
         let mut ends = [0, 1].map(|end| pack_leaf(group.items().map(|i| pairs[i][end])));
         // The bound grows with the longest edge, which is never longer than at one of the ends.
         let error = [0, 1].map(|i| ends[0].error[i].max(ends[1].error[i]));
@@ -131,8 +134,9 @@ const CURVES: LeafOptions = LeafOptions {
 pub(crate) fn over_curves(part: &CurvePart) -> BlockTree<CurveBlock> {
     let (pieces, store) = pieces(part, 0, &[]);
     let boxes = boxes(&pieces, &store);
-    build(&boxes, CURVES, (store, part.ids.len()), |group| {
-        CurveBlock::new(group.items().map(|i| pieces[i]))
+    build(&boxes, CURVES, (store, part.ids.len()), |store, group| {
+        let pieces: Vec<_> = group.items().map(|i| pieces[i]).collect();
+        CurveBlock::new(store, &pieces)
     })
 }
 
@@ -140,8 +144,9 @@ pub(crate) fn over_curves(part: &CurvePart) -> BlockTree<CurveBlock> {
 pub(crate) fn over_moving_curves(part: &CurvePart, key: usize) -> BlockTree<MovingCurveBlock> {
     let (pieces, store) = pieces(part, key, &part.keys[key + 1]);
     let boxes = boxes(&pieces, &store);
-    build(&boxes, CURVES, (store, part.ids.len()), |group| {
-        MovingCurveBlock(CurveBlock::new(group.items().map(|i| pieces[i])))
+    build(&boxes, CURVES, (store, part.ids.len()), |store, group| {
+        let pieces: Vec<_> = group.items().map(|i| pieces[i]).collect();
+        MovingCurveBlock::new(store, &pieces)
     })
 }
 
