@@ -135,7 +135,11 @@ fn middle(references: &mut [Reference], centers: &Centers) -> Sides {
         return halves(references);
     }
     let middle = centers.least[axis] + 0.5 * extent[axis];
-    let n_left = partition(references, |r| doubled_center_at(r, axis) <= middle);
+    // Of two numbers without one between them, the middle is rounded to either.
+    let n_left = partition(references, |r| {
+        let center = doubled_center_at(r, axis);
+        center <= middle && center < centers.most[axis]
+    });
     let (left, right) = references.split_at(n_left);
     Sides {
         n_left,
