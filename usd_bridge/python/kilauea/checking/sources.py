@@ -90,7 +90,8 @@ class KilaueaSource:
     def _render_one(self, file: Path, samples: int, seed: int) -> dict[str, Any]:
         settings = settings_record(self.frame, self.options)
         settings |= {"samples_per_pixel": samples, "seed": seed, "aovs": ["variance"]}
-        header = {"stage": self.frame.stage, "frame": self.frame.time, "camera": ""}
+        camera = self.frame.camera["path"]
+        header = {"stage": self.frame.stage, "frame": self.frame.time, "camera": camera}
         engine = native()
         try:
             job = self._scene.render(json.dumps(settings), json.dumps(header))
