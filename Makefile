@@ -3,7 +3,7 @@ PYTHON ?= python3.11
 BIN := .venv/bin
 STAGE := tests/scenes/cornell_box/cornell-box.usda
 
-.PHONY: install render describe references test test-rust test-loom test-python check lint bench clean
+.PHONY: install render describe references test test-rust test-loom test-python check lint bench ledger clean
 
 $(BIN)/python:
 	$(PYTHON) -m venv .venv
@@ -55,6 +55,22 @@ lint: install
 bench: install
 	@mkdir -p out
 	$(BIN)/kilauea bench samples tests/scenes/box_rect_light.usda -r 256 256 -p 64 --json out/samples.json
+
+# Measures everything in docs/benchmarks.md again and rewrites the page. Takes hours; KILAUEA_ASSETS
+# is the folder of the stages that are not ours.
+LEDGER_STAGES := tests/scenes/box_rect_light.usda out/many_lights.usda $(addprefix $(KILAUEA_ASSETS)/, \
+	02_kitchen/kitchen_day.usda 02_kitchen/kitchen_night.usda 03_window/window.usdc \
+	04_mcusd/McUsd.usda 05_chess/chess_outdoor.usda 07_bmw27/bmw27_studio.usda \
+	15_townhouse/townhouse.usda 16_caustic/caustic_dice.usdc)
+
+ledger: install
+	@mkdir -p out
+	$(BIN)/python pipeline/many_lights.py out/many_lights.usda
+	$(BIN)/kilauea bench error $(LEDGER_STAGES) -w 512 --json docs/ledger/error.json --pictures out/strips
+	$(BIN)/kilauea bench samples $(LEDGER_STAGES) -r 320 180 -p 16 --json docs/ledger/samples.json
+	$(BIN)/kilauea bench load $(KILAUEA_ASSETS)/07_bmw27/cars32_unique.usda --json docs/ledger/load.json
+	$(BIN)/kilauea bench rays --json docs/ledger/rays.json
+	$(BIN)/kilauea bench ledger
 
 clean:
 	rm -rf target .venv out

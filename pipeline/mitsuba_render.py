@@ -16,9 +16,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-# Dr.Jit needs LLVM 16 or newer and takes the system's; one put into the cache goes before.
-cache = Path(os.environ.get("KILAUEA_CACHE", Path.home() / ".cache/kilauea"))
-for library in sorted(cache.glob("llvm/**/libLLVM-*.so"))[:1]:
+# Dr.Jit needs LLVM 16 or newer and takes the system's; one in this environment goes before.
+for library in sorted(Path(sys.prefix).glob("lib/libLLVM*.so*"))[:1]:
     os.environ.setdefault("DRJIT_LIBLLVM_PATH", str(library))
 
 import drjit as dr  # noqa: E402
@@ -28,7 +27,8 @@ from exported import ExportedScene, Raster  # noqa: E402
 
 mi.set_variant("llvm_ad_rgb")
 
-from mitsuba_scene.build import UnsupportedError, build_scene  # noqa: E402
+from mitsuba_scene.build import build_scene  # noqa: E402
+from unsupported import UnsupportedError  # noqa: E402
 
 SAMPLES_PER_LAUNCH = 1 << 25
 """Bounds the memory of one kernel launch."""

@@ -51,6 +51,14 @@ pub fn preview(inputs: &[(&str, &[f32])]) -> Material {
     material("UsdPreviewSurface", nodes.collect())
 }
 
+/// A `Glass`; each input has one value, or three for a color.
+pub fn glass(inputs: &[(&str, &[f32])]) -> Material {
+    Material {
+        shader: "Glass".into(),
+        ..preview(inputs)
+    }
+}
+
 /// Emits `radiance` from both sides and reflects nothing: a metal of no reflectance.
 pub fn black_emitter(radiance: f32) -> Material {
     preview(&[

@@ -89,6 +89,18 @@ impl Mesh {
         cube
     }
 
+    /// The same mesh with its inside for its outside.
+    #[must_use]
+    pub fn inside_out(mut self) -> Self {
+        let mut rest = self.indices.as_mut_slice();
+        for &count in &self.counts {
+            let (face, others) = rest.split_at_mut(count as usize);
+            face.reverse();
+            rest = others;
+        }
+        self
+    }
+
     /// The same mesh with another material.
     #[must_use]
     pub fn with_material(self, material: u32) -> Self {

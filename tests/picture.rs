@@ -29,6 +29,17 @@ impl Picture {
         ["R", "G", "B"].map(|c| self.mean_of(c)).iter().sum::<f64>() / 3.0
     }
 
+    /// Fails where a value of the picture is NaN or infinite. Depth is infinite where nothing is
+    /// hit, and the variance of a single sample too.
+    pub fn check_finite(&self, what: &str) {
+        for channel in &self.image.channels {
+            let may_be_infinite = matches!(channel.name.as_str(), "Z" | "variance");
+            let is_bad = |v: &f32| v.is_nan() || (v.is_infinite() && !may_be_infinite);
+            let n_bad = channel.samples.iter().filter(|v| is_bad(v)).count();
+            assert_eq!(n_bad, 0, "{what}: {} values of {}", n_bad, channel.name);
+        }
+    }
+
     /// All channels as bits, for comparisons that forgive nothing.
     pub fn bits(&self) -> Vec<(&str, Vec<u32>)> {
         let bits = |samples: &[f32]| samples.iter().map(|v| v.to_bits()).collect();

@@ -111,6 +111,42 @@ impl Stage {
         Arc::new(prepared)
     }
 
+    /// The scene with whatever is wrong in it, and what was said of that.
+    pub fn prepare_damaged(&self, settings: &RenderSettings) -> (Arc<PreparedScene>, Vec<String>) {
+        let options = AssembleOptions {
+            resolution: settings.resolution,
+            ..AssembleOptions::default()
+        };
+        let assembled = assemble(self.payloads(), &options).expect("the records are sound");
+        let prepared = PreparedScene::new(assembled.scene, &PrepareOptions::default());
+        let prepared = prepared.expect("what is broken is left out");
+        let warnings = [&assembled.warnings[..], &prepared.warnings[..]].concat();
+        (Arc::new(prepared), warnings)
+    }
+
+    /// Why the engine refuses the scene; none where it does not.
+    pub fn refusal(&self) -> Option<String> {
+        let assembled = match assemble(self.payloads(), &AssembleOptions::default()) {
+            Ok(assembled) => assembled,
+            Err(error) => return Some(error.to_string()),
+        };
+        let prepared = PreparedScene::new(assembled.scene, &PrepareOptions::default());
+        prepared.err().map(|error| error.to_string())
+    }
+
+    /// Renders whatever there is with [`Self::settings`] after `change`; returns the warnings too.
+    pub fn render_damaged(
+        &self,
+        change: impl FnOnce(&mut RenderSettings),
+    ) -> (Picture, Vec<String>) {
+        let mut settings = Self::settings();
+        change(&mut settings);
+        let (prepared, mut warnings) = self.prepare_damaged(&settings);
+        let picture = Picture::render_damaged(&prepared, settings);
+        warnings.extend_from_slice(&picture.stats.warnings[prepared.warnings.len()..]);
+        (picture, warnings)
+    }
+
     /// Renders with [`Self::settings`] after `change`.
     pub fn render(&self, change: impl FnOnce(&mut RenderSettings)) -> Picture {
         let mut settings = Self::settings();
@@ -171,6 +207,16 @@ impl Picture {
     pub fn render(prepared: &Arc<PreparedScene>, settings: RenderSettings) -> Self {
         let job = RenderJob::start(Arc::clone(prepared), settings).expect("the settings are sound");
         Self::finish(job, prepared)
+    }
+
+    /// Renders a frame in which rays and samples may be invalid.
+    pub fn render_damaged(prepared: &Arc<PreparedScene>, settings: RenderSettings) -> Self {
+        let job = RenderJob::start(Arc::clone(prepared), settings).expect("the settings are sound");
+        let result = job.finish().expect("nothing fails");
+        Self {
+            image: result.film.to_image(prepared.scene.origin_world),
+            stats: result.stats,
+        }
     }
 
     /// Waits for a frame.

@@ -60,6 +60,8 @@ class Materials:
             shader = diffuse(graph, UNKNOWN_GREY)
         if patterns.is_authored("displacement"):
             self.warnings.append(f"{record['path']}: displacement is not rendered")
+        if record["shader"] == "Glass" and patterns.number("transmissionDepth", 0.0) != 0.0:
+            self.warnings.append(f"{record['path']}: the absorption of glass is not rendered")
         graph.surface(shader)
         material.cycles.emission_sampling = "FRONT_BACK"
         # Off, normal maps tilt the shading frame and nothing else, as in ours; but then what a

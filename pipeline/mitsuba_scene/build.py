@@ -9,14 +9,12 @@ import mitsuba as mi
 import numpy as np
 
 from mitsuba_scene.emitter import emitter
-from mitsuba_scene.errors import UnsupportedError
 from mitsuba_scene.material import Materials
 from mitsuba_scene.shapes import add_shapes
+from unsupported import UnsupportedError
 
 if TYPE_CHECKING:
     from exported import ExportedScene, Raster
-
-__all__ = ["UnsupportedError", "build_scene"]
 
 TURN_AROUND = np.diag([-1.0, 1.0, -1.0, 1.0])
 """Mitsuba's cameras and flat shapes face +z, ours -z."""

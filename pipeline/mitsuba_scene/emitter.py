@@ -7,9 +7,10 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from mitsuba_scene.errors import UnsupportedError
+from unsupported import UnsupportedError
 
-BLACK = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
+CLEAR = {"type": "mask", "opacity": 0.0, "bsdf": {"type": "diffuse"}}
+"""Lets paths through, as lights of USD do, but no shadow rays."""
 
 
 def emitter(light: dict[str, Any], relative_from_light: np.ndarray) -> dict[str, Any]:
@@ -28,7 +29,7 @@ def emitter(light: dict[str, Any], relative_from_light: np.ndarray) -> dict[str,
         direction = -relative_from_light[:3, 2]
         return {"type": "directional", "direction": direction.tolist(), "irradiance": radiance}
     record = area_shape(shape, relative_from_light)
-    return record | {"emitter": {"type": "area", "radiance": radiance}, "bsdf": BLACK}
+    return record | {"emitter": {"type": "area", "radiance": radiance}, "bsdf": CLEAR}
 
 
 def area_shape(shape: dict[str, Any], relative_from_light: np.ndarray) -> dict[str, Any]:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from mitsuba_scene.errors import UnsupportedError
+from constant_inputs import constant, emission
+from unsupported import UnsupportedError
 
 if TYPE_CHECKING:
     from exported import ExportedScene
@@ -35,11 +36,8 @@ class Materials:
 
     def emission(self, idx: int) -> dict[str, Any] | None:
         """Return the radiance of a material, None where it has none."""
-        record = self.records[idx]
-        if "emissiveColor" not in record["inputs"]:
-            return None
-        value = constant(record, "emissiveColor", None)
-        return {"type": "rgb", "value": value} if any(value) else None
+        value = emission(self.records[idx])
+        return None if value is None else {"type": "rgb", "value": value}
 
     def bsdf(self, idx: int, attributes: dict[str, str]) -> dict[str, Any]:
         """Return the surface of a material on a mesh.
@@ -57,6 +55,8 @@ class Materials:
             mirror = {"type": "conductor", "material": "none", "specular_reflectance": tint}
             return {"type": "twosided", "bsdf": mirror}
         if record["shader"] == "Glass":
+            if constant(record, "transmissionDepth", 0.0) != 0.0:
+                raise UnsupportedError(f"{record['path']}: the absorption of glass")
             return {
                 "type": "dielectric",
                 "int_ior": constant(record, "ior", 1.5),
@@ -90,16 +90,3 @@ def colour_of(
             return {"type": "mesh_attribute", "name": attributes[node["name"]]}
         return {"type": "rgb", "value": node["fallback"][:3]}
     return {"type": "rgb", "value": constant(record, name, default)}
-
-
-def constant(record: dict[str, Any], name: str, default: Any) -> Any:
-    """Return an input that is the same everywhere: a number, or a triple for whole colours."""
-    source = record["inputs"].get(name)
-    if source is None:
-        return default
-    node = record["nodes"][source["node"]]
-    if node["type"] != "constant":
-        raise UnsupportedError(f"{record['path']}: a pattern for {name}")
-    if source["channel"] == "rgb" and not isinstance(default, float):
-        return tuple(node["value"][:3])
-    return node["value"]["rgba".index(source["channel"]) if source["channel"] != "rgb" else 0]

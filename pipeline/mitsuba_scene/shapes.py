@@ -8,24 +8,19 @@ from typing import TYPE_CHECKING, Any
 import mitsuba as mi
 import numpy as np
 
-from mitsuba_scene.errors import UnsupportedError
+from still_meshes import placements, refuse_what_is_no_still_mesh
+from unsupported import UnsupportedError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from exported import ExportedScene
     from mitsuba_scene.material import Materials
-
-
-ALL_RAYS = 7
-"""Camera, shadow and indirect rays."""
 
 
 def add_shapes(record: dict[str, Any], scene: ExportedScene, materials: Materials) -> None:
     """Add every chunk of every prototype to a scene's record."""
     refuse_what_is_no_still_mesh(scene)
     places: dict[int, list[np.ndarray]] = defaultdict(list)
-    for prototype, matrix in placements(scene, 0, np.eye(4)):
+    for prototype, matrix in placements(scene):
         places[prototype].append(matrix)
     for prototype, matrices in places.items():
         chunks = scene.prototypes[prototype]["chunks"]
@@ -48,32 +43,6 @@ def add_shapes(record: dict[str, Any], scene: ExportedScene, materials: Material
                 "to_world": mi.ScalarTransform4f(matrix),
                 "shapegroup": {"type": "ref", "id": f"prototype{prototype}"},
             }
-
-
-def refuse_what_is_no_still_mesh(scene: ExportedScene) -> None:
-    """Raise where a scene has more than meshes that stand still and are seen by all rays."""
-    if scene.has_motion:
-        raise UnsupportedError("motion blur")
-    for prototype in scene.prototypes:
-        if prototype.get("curves") or prototype.get("points"):
-            raise UnsupportedError("curves and points")
-        for record in (*prototype["chunks"], *prototype["instances"]):
-            if record.get("visibility", ALL_RAYS) != ALL_RAYS:
-                raise UnsupportedError("surfaces that some rays do not meet")
-
-
-def placements(
-    scene: ExportedScene, prototype: int, matrix: np.ndarray
-) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield each place of each prototype; Mitsuba has no instances inside instances."""
-    yield prototype, matrix
-    record = scene.prototypes[prototype]
-    for instances in record["instances"]:
-        if instances.get("attributes"):
-            raise UnsupportedError("primvars per instance")
-        (still,) = scene.placed(record, instances)
-        for placed in still:
-            yield from placements(scene, instances["prototype"], matrix @ placed)
 
 
 def mesh(

@@ -11,7 +11,7 @@ mod matte;
 mod mirror;
 mod usd_preview_surface;
 
-pub use glass::Glass;
+pub use glass::{Glass, GlassInputs};
 pub use matte::Matte;
 pub use mirror::Mirror;
 pub use usd_preview_surface::{PreviewInputs, UsdPreviewSurface};

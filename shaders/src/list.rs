@@ -75,6 +75,19 @@ macro_rules! shaders {
                 }
             }
 
+            /// See [`kilauea_shading::SurfaceShader::shade`].
+            #[inline]
+            pub async fn shade(
+                &self,
+                cx: impl kilauea_shading::Shade,
+            ) -> kilauea_shading::Scattered {
+                match &self.kind {
+                    $(Kind::$shader(s) => {
+                        kilauea_shading::SurfaceShader::shade(&**s, cx).await
+                    })+
+                }
+            }
+
             /// See [`kilauea_shading::SurfaceShader::emission`].
             #[inline]
             pub fn emission(
@@ -91,6 +104,14 @@ macro_rules! shaders {
             pub fn opacity(&self, surface: &kilauea_shading::Surface<'_>) -> f32 {
                 match &self.kind {
                     $(Kind::$shader(s) => kilauea_shading::SurfaceShader::opacity(&**s, surface),)+
+                }
+            }
+
+            /// See [`kilauea_shading::SurfaceShader::interior`].
+            #[inline]
+            pub fn interior(&self) -> Option<kilauea_shading::Medium> {
+                match &self.kind {
+                    $(Kind::$shader(s) => kilauea_shading::SurfaceShader::interior(&**s),)+
                 }
             }
 

@@ -68,6 +68,7 @@ fn with_surface<T>(shader: &Shader, wo: Vec3, ask: impl FnOnce(&Surface<'_>) -> 
         primvars: &primvars,
         instance_primvars: &[],
         instance_index: 0,
+        outside_ior: 1.0,
         footprint: 0.0,
         textures: &textures,
     })
@@ -413,6 +414,43 @@ fn normal_map_turns_the_mirror() {
     // The mirror direction of z about (0.6, 0, 0.8).
     let found = reflected(&chunk);
     assert!(found.distance(Vec3::new(0.96, 0.0, 0.28)) < 1e-5, "{found}");
+}
+
+#[test]
+fn glass_in_its_like_is_not_there() {
+    let shader = compile("Glass", &[scalar("ior", 1.33)]);
+    let wo = wo_at(0.4);
+    with_surface(&shader, wo, |air| {
+        let water = Surface {
+            outside_ior: 1.33,
+            ..*air
+        };
+        for u in [0.0, 0.5, 0.99] {
+            let sample = shader.bsdf(&water).sample(wo, [u, 0.5, 0.5]).unwrap();
+            assert!(sample.is_transmission && sample.wi.distance(-wo) < 1e-5);
+        }
+        let first = shader.bsdf(air).sample(wo, [0.0, 0.5, 0.5]).unwrap();
+        assert!(!first.is_transmission || first.wi.distance(-wo) > 0.1);
+    });
+}
+
+#[test]
+fn glass_says_what_is_inside() {
+    let inputs = [
+        scalar("ior", 20.0),
+        scalar("priority", -3.0),
+        ("transmissionColor", [1.0, 0.25, 0.0]),
+        scalar("transmissionDepth", 0.5),
+    ];
+    let shader = compile("Glass", &inputs);
+    let inside = shader.interior().unwrap();
+    // As declared, no index is above 10.
+    assert_eq!((inside.ior, inside.priority), (10.0, -3));
+    let [r, g, b] = inside.transmittance(0.5).to_array();
+    assert!(r == 1.0 && (g - 0.25).abs() < 1e-6 && b < 1e-30);
+    for shader in ["Matte", "Mirror", "UsdPreviewSurface"] {
+        assert_eq!(compile(shader, &[]).interior(), None);
+    }
 }
 
 #[test]

@@ -7,13 +7,13 @@ use kilauea_scene::{
     DataWindow, FilterKind, Light, LightShape, RenderSettings, Shading, Visibility,
 };
 use kilauea_tests::{
-    Curves, Mesh, Picture, Placements, Points, Sphere, Stage, black_emitter, light, matte,
+    Curves, Mesh, Picture, Placements, Points, Sphere, Stage, black_emitter, glass, light, matte,
     perspective, preview, rect_light, rel_mse, with_opacity,
 };
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// A room that uses every feature: cutouts, glass, meshes that shine, area lights, a dome,
+/// A room that uses every feature: cutouts, glass, liquid in glass, meshes that shine, area lights, a dome,
 /// instances that move, curves, points, a roof that the camera does not see, and a lens.
 fn everything() -> Stage {
     let mut stage = plain();
@@ -23,8 +23,21 @@ fn everything() -> Stage {
         with_opacity(matte([0.2, 0.6, 0.3]), 0.5),
         black_emitter(2.0),
         preview(&[("opacity", &[0.0]), ("roughness", &[0.0])]),
+        glass(&[("priority", &[1.0])]),
+        glass(&[
+            ("ior", &[1.33]),
+            ("transmissionColor", &[0.9, 0.5, 0.2]),
+            ("transmissionDepth", &[0.1]),
+        ]),
     ]);
     stage.spheres[0].material = 4;
+    for (half, material) in [(0.2, 5), (0.15, 6)] {
+        let place = DAffine3::from_translation(DVec3::new(0.9, 0.2, 0.9));
+        let place = place * DAffine3::from_scale(DVec3::splat(half));
+        stage
+            .meshes
+            .push(Mesh::cube().placed(place).with_material(material));
+    }
     let small = DAffine3::from_scale(DVec3::splat(0.2));
     stage.prototypes.push("/Prototype".into());
     stage

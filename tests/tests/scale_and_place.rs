@@ -90,17 +90,14 @@ fn difference(a: &Picture, b: &Picture) -> (f64, f64) {
 fn neither_scale_nor_place_changes_the_picture() {
     let reference = render(1.0, DVec3::ZERO);
     assert!(reference.mean() > 0.05);
-    let far = DVec3::new(1e6, -1e6, 3e5);
-    for (scale, center) in [
-        (1e-3, DVec3::ZERO),
-        (0.1, DVec3::ZERO),
-        (3.0, DVec3::ZERO),
-        (1e2, DVec3::ZERO),
-        (1e4, DVec3::ZERO),
-        (1.0, far),
-        (1e3, far),
-    ] {
+    let far = DVec3::new(1.0, -1.0, 0.3);
+    let scales = [1e-6, 1e-3, 0.1, 3.0, 1e2, 1e4, 1e6];
+    let offsets = [1.0, 1e3, 1e5, 1e6, 1e7];
+    let scaled = scales.map(|scale| (scale, DVec3::ZERO));
+    let moved = offsets.map(|offset| (1.0, offset * far));
+    for (scale, center) in scaled.into_iter().chain(moved).chain([(1e3, 1e6 * far)]) {
         let (rel_mse, most) = difference(&render(scale, center), &reference);
+        println!("{scale:e} at {center}: relMSE {rel_mse:.2e}, at most {most:.2e}");
         assert!(
             rel_mse < 1e-5 && most < 1e-5,
             "{scale:e} at {center}: relMSE {rel_mse:.2e}, at most {most:.2e}"

@@ -470,6 +470,8 @@ def test_shaders_of_ours_are_read_as_they_are_declared(tmp_path):
     assert m.record["shader"] == "Glass"
     assert m.constant("tint") == [1.0, 0.5, 0.0]
     assert set(m.record["inputs"]) == {"tint"}
+    m = Translated(tmp_path, own("Glass", "int inputs:priority = 3"))
+    assert m.constant("priority") == 3
     m = Translated(tmp_path, own("Mirror", "double inputs:roughness = 0.25"))
     assert (m.record["shader"], m.constant("roughness")) == ("Mirror", 0.25)
     assert not m.frame.warnings
@@ -510,6 +512,7 @@ def test_shaders_of_ours_take_words(tmp_path, monkeypatch):
         ("Matte", "float inputs:albedo = 0.5", "float", "color3f"),
         ("Matte", "string inputs:opacity = 'half'", "string", "float"),
         ("Glass", "color3f inputs:ior = (1, 1, 1)", "color3f", "float"),
+        ("Glass", "float inputs:priority = 1", "float", "int"),
         ("Matte", "color3f inputs:albedo.connect = </M/P.outputs:result>", "float", "color3f"),
     ],
 )

@@ -57,7 +57,13 @@ def test_nodes_have_the_declared_defaults(host):
         "albedo": pytest.approx([0.18] * 3),
         "opacity": 1.0,
     }
-    assert found["kilauea:Glass"]["defaults"] == {"tint": [1.0] * 3, "ior": 1.5}
+    assert found["kilauea:Glass"]["defaults"] == {
+        "tint": [1.0] * 3,
+        "ior": 1.5,
+        "transmissionColor": [1.0] * 3,
+        "transmissionDepth": 0.0,
+        "priority": 0,
+    }
 
 
 def test_the_host_is_told_nothing(host):

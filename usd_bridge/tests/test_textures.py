@@ -49,11 +49,11 @@ def write_image(path, texels, dtype="uint8", **attributes):
 def read_tiles(path):
     """Read a tile file by its documentation: header fields and the levels, lowest row first."""
     data = Path(path).read_bytes()
-    names = "magic version width height channels element transfer wrap_s wrap_t levels zero"
+    names = "magic version width height channels element transfer wrap_s wrap_t levels replaced"
     header = SimpleNamespace(
         **dict(zip(names.split(), struct.unpack_from("<8s10I", data), strict=True))
     )
-    assert (header.magic, header.version, header.zero) == (b"KLTILES\0", 1, 0)
+    assert (header.magic, header.version) == (b"KLTILES\0", 1)
     dtype = np.dtype(["u1", "<f2", "<f4"][header.element])
     levels = []
     for i in range(header.levels):
@@ -82,6 +82,7 @@ def test_every_texel_arrives_lowest_row_first(tmp_path, frame, table):
     header, levels = prepared(table, index)
     assert (header.width, header.height, header.channels, header.element) == (201, 130, 3, 0)
     assert np.array_equal(levels[0], texels[::-1])
+    assert header.replaced == 0
     assert [level.shape[:2] for level in levels][-2:] == [(2, 3), (1, 1)]
     mean = texels.mean(axis=(0, 1))
     assert np.abs(levels[-1][0, 0] - mean).max() <= 1.0
@@ -131,7 +132,7 @@ def test_high_dynamic_range(tmp_path, frame, table, largest, element):
     texels[2, 2] = np.nan
     index = table.index(write_image(tmp_path / "a.exr", texels, "float"), "a.exr")
     header, levels = prepared(table, index)
-    assert header.element == element
+    assert (header.element, header.replaced) == (element, 3)
     assert levels[0][2, 0, 0] == pytest.approx(largest, rel=1e-3)
     assert levels[0][0, 2, 0] == 0.0
     assert levels[0][1, 1, 0] == 0.5

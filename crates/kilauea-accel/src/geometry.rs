@@ -1,3 +1,4 @@
+use crate::build::{has_area, in_range};
 use crate::visibility::Visibility;
 use kilauea_math::DAffine3;
 
@@ -33,6 +34,27 @@ impl<'a> Mesh<'a> {
             triangles,
             visibility: Visibility::ALL,
         }
+    }
+
+    /// How many of its triangles a build leaves out, wherever the mesh is placed: those with an
+    /// index or a coordinate out of range, and those without area at every key.
+    pub fn n_degenerate(&self) -> usize {
+        let corners = self.triangles.iter();
+        corners
+            .filter(|corners| self.is_degenerate(corners))
+            .count()
+    }
+
+    fn is_degenerate(&self, corners: &[u32; 3]) -> bool {
+        let mut any_area = false;
+        for positions in &self.positions {
+            let at = |i: u32| positions.get(i as usize).filter(|p| in_range(p)).copied();
+            let [Some(a), Some(b), Some(c)] = corners.map(at) else {
+                return true;
+            };
+            any_area |= has_area(&[a, b, c]);
+        }
+        !any_area
     }
 }
 
@@ -119,21 +141,9 @@ impl Placement {
     }
 }
 
-/// How much time a build may take for faster rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
-    /// A fast build for interactive changes.
-    Preview,
-    /// The tree with the lowest expected ray cost.
-    #[default]
-    Final,
-}
-
 /// Choices of a build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuildOptions {
-    /// Build time against ray cost.
-    pub quality: Quality,
     /// Whether vector instructions may be used where the processor has them. The hits are the
     /// same either way.
     pub simd: bool,
@@ -145,7 +155,6 @@ pub struct BuildOptions {
 impl Default for BuildOptions {
     fn default() -> Self {
         Self {
-            quality: Quality::Final,
             simd: true,
             specialize: true,
         }

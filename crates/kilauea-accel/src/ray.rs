@@ -1,10 +1,10 @@
 use crate::visibility::Visibility;
-use kilauea_math::Vec3;
+use kilauea_math::{Vec3, Vec3A};
 
 /// A half-open segment of a line: the points `origin + t * dir` with `t_min < t <= t_max`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
-    /// Start of the line, engine space.
+    /// Start of the line, engine space; from beyond 1e32, hits may be missed.
     pub origin: Vec3,
     /// Direction of any length but zero; `t` counts in this length.
     pub dir: Vec3,
@@ -49,10 +49,21 @@ impl Ray {
             && !self.time.is_nan()
     }
 
-    /// Whether the direction is too long or short for reciprocals and shears in `f32`.
-    #[inline]
-    pub(crate) fn has_extreme_dir(&self) -> bool {
-        !(1e-9..1e9).contains(&self.dir.abs().max_element())
+    /// Origin and direction as vectors, if the ray is valid, its origin not too far away for
+    /// products with reciprocals in `f32`, and its direction neither too long nor too short for
+    /// reciprocals and shears.
+    #[inline(always)]
+    pub(crate) fn moderate_line(&self) -> Option<(Vec3A, Vec3A)> {
+        let (origin, dir) = (gather(&self.origin), gather(&self.dir));
+        let (origin_size, dir_size) = (origin.abs(), dir.abs());
+        // What is not a number compares as false.
+        let is_moderate = origin_size.cmplt(Vec3A::splat(1e19)).all()
+            && dir_size.cmplt(Vec3A::splat(1e9)).all()
+            && dir_size.cmpge(Vec3A::splat(1e-9)).any()
+            && self.t_min < self.t_max
+            && 0.0 < self.t_max
+            && !self.time.is_nan();
+        is_moderate.then_some((origin, dir))
     }
 
     /// The same ray with a direction whose largest component is about one, and the factor that
@@ -103,4 +114,16 @@ pub(crate) fn power_of_two_below_reciprocal(x: f64) -> f64 {
     const BIAS: u64 = 1023;
     let biased_exponent = (x.to_bits() >> 52).clamp(1, 2 * BIAS - 1);
     f64::from_bits((2 * BIAS - biased_exponent) << 52)
+}
+
+/// Reads a vector component by component. A ray has mostly just been written, in parts; a load of
+/// sixteen bytes, as compilers like to make of it, would have to wait until all of that and all that
+/// came before has left the processor's store buffer, and so no ray would begin before the one
+/// before it had ended.
+#[inline(always)]
+#[allow(unsafe_code, reason = "no safe load is left as it is")]
+fn gather(v: &Vec3) -> Vec3A {
+    // SAFETY: the components are read through references to them.
+    let read = |component: &f32| unsafe { std::ptr::read_volatile(component) };
+    Vec3A::new(read(&v.x), read(&v.y), read(&v.z))
 }

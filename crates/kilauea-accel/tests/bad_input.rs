@@ -145,6 +145,23 @@ fn any_length_of_direction_works() {
 }
 
 #[test]
+fn an_origin_at_any_distance_works() {
+    let mut mesh = Mesh::default();
+    mesh.add([Vec3::ZERO, Vec3::X, Vec3::Y]);
+    let builds = Builds::of(&mesh);
+    for exponent in (0..=32).step_by(4) {
+        let distance = 10_f32.powi(exponent);
+        let toward = Ray::new(Vec3::new(0.25, 0.25, distance), Vec3::NEG_Z);
+        let hit = builds.intersect(&toward).unwrap();
+        assert_eq!((hit.t, hit.u, hit.v), (distance, 0.25, 0.25));
+        let beside = Ray::new(Vec3::new(0.75, 0.75, distance), Vec3::NEG_Z);
+        assert_eq!(builds.intersect(&beside), None);
+        let away = Ray::new(toward.origin, Vec3::Z);
+        assert_eq!(builds.intersect(&away), None);
+    }
+}
+
+#[test]
 fn ends_of_the_range_are_half_open() {
     let mut mesh = Mesh::default();
     mesh.add([Vec3::ZERO, Vec3::X, Vec3::Y]);

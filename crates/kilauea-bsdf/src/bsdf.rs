@@ -123,10 +123,10 @@ impl Bsdf {
 
     /// The BSDF for one `wo`, with all that does not depend on `wi` computed once.
     #[inline]
-    pub fn seen_from(&self, wo: Vec3) -> SeenBsdf<'_> {
+    pub fn seen_from(&self, wo: Vec3) -> SeenBsdf {
         let side = Side::of(&self.frame, self.ng, wo);
         SeenBsdf {
-            lobes: match &self.lobes {
+            lobes: match self.lobes {
                 Lobes::Lambert(lambert) => SeenLobes::Lambert(lambert, side),
                 Lobes::Layered(layered) => SeenLobes::Layered(layered, layered.seen_from(side, wo)),
             },
@@ -146,7 +146,7 @@ impl Bsdf {
         self.seen_from(wo).sample(u)
     }
 
-    /// Whether [`SeenBsdf::eval`] can be anything but zero; if not, asking lights is pointless.
+    /// See [`SeenBsdf::has_smooth_lobes`].
     #[inline]
     pub fn has_smooth_lobes(&self) -> bool {
         match &self.lobes {
@@ -163,23 +163,32 @@ impl Bsdf {
 }
 
 /// A [`Bsdf`] as seen from one direction.
-pub struct SeenBsdf<'a> {
-    lobes: SeenLobes<'a>,
+pub struct SeenBsdf {
+    lobes: SeenLobes,
     wo: Vec3,
 }
 
-enum SeenLobes<'a> {
-    Lambert(&'a Lambert, Side),
-    Layered(&'a Layered, View),
+enum SeenLobes {
+    Lambert(Lambert, Side),
+    Layered(Layered, View),
 }
 
-impl SeenBsdf<'_> {
+impl SeenBsdf {
     /// What is scattered from `wi` to `wo`, and how likely [`Self::sample`] finds `wi`.
     #[inline]
     pub fn eval(&self, wi: Vec3) -> BsdfEval {
         match &self.lobes {
             SeenLobes::Lambert(lambert, side) => lambert.eval(side, wi),
             SeenLobes::Layered(layered, view) => layered.eval(view, self.wo, wi),
+        }
+    }
+
+    /// Whether [`Self::eval`] can be anything but zero; if not, asking lights is pointless.
+    #[inline]
+    pub fn has_smooth_lobes(&self) -> bool {
+        match &self.lobes {
+            SeenLobes::Lambert(lambert, _) => !lambert.albedo.is_black(),
+            SeenLobes::Layered(layered, _) => layered.has_smooth_lobes(),
         }
     }
 

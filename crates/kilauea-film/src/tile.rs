@@ -98,10 +98,11 @@ impl Tile {
     }
 
     /// Adds a sample to a pixel. Light that is NaN or infinite is counted and taken as black.
+    /// Returns whether all was finite that the film records.
     ///
     /// # Panics
     /// If there is no such pixel.
-    pub fn add(&mut self, pixel_idx: usize, sample: &PixelSample) {
+    pub fn add(&mut self, pixel_idx: usize, sample: &PixelSample) -> bool {
         // Drop light that is not a number.
         let mut is_valid = sample.beauty.is_finite() && sample.alpha.is_finite();
         let black;
@@ -163,6 +164,7 @@ impl Tile {
             }
         }
         self.n_invalid += u64::from(!is_valid);
+        is_valid
     }
 
     /// Samples of a pixel so far.

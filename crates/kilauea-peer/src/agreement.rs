@@ -22,6 +22,7 @@ impl Agreement {
         for ray in &set.rays {
             let [t_a, t_b] = match set.query {
                 Query::Nearest => [a.nearest(ray), b.nearest(ray)],
+                Query::NearestCoherent => [a.nearest_coherent(ray), b.nearest_coherent(ray)],
                 Query::Any => [a, b].map(|tracer| tracer.occluded(ray).then_some(0.0)),
             };
             agreement.n_hits += usize::from(t_a.is_some());

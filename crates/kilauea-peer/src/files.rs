@@ -74,6 +74,7 @@ fn write_rays(path: &Path, set: &RaySet) -> Result<(), PeerError> {
     let query = match set.query {
         Query::Nearest => 0_u32,
         Query::Any => 1,
+        Query::NearestCoherent => 2,
     };
     bytes.extend(query.to_le_bytes());
     bytes.extend((set.rays.len() as u64).to_le_bytes());
@@ -92,7 +93,8 @@ fn read_rays(path: &Path, kind: &str) -> Result<RaySet, PeerError> {
     let query = match file.u32()? {
         0 => Query::Nearest,
         1 => Query::Any,
-        other => return Err(file.fault(format!("query {other} is neither 0 nor 1"))),
+        2 => Query::NearestCoherent,
+        other => return Err(file.fault(format!("query {other} is none of 0, 1 and 2"))),
     };
     let n_rays = file.count()?;
     let rays = file.array(n_rays, |ray: [[u8; 4]; 8]| {

@@ -5,6 +5,8 @@ use crate::Segment;
 pub enum Query {
     /// Where the nearest hit is.
     Nearest,
+    /// Where the nearest hit is, of rays that go much like those before them.
+    NearestCoherent,
     /// Whether anything is hit.
     Any,
 }
@@ -23,6 +25,12 @@ pub trait Tracer {
     /// Distance of the nearest hit.
     fn nearest(&self, ray: &Segment) -> Option<f32>;
 
+    /// Distance of the nearest hit of a ray that goes much like the one before.
+    #[inline(always)]
+    fn nearest_coherent(&self, ray: &Segment) -> Option<f32> {
+        self.nearest(ray)
+    }
+
     /// Whether anything is hit.
     fn occluded(&self, ray: &Segment) -> bool;
 
@@ -32,6 +40,12 @@ pub trait Tracer {
         match query {
             Query::Nearest => {
                 for t in rays.iter().filter_map(|ray| self.nearest(ray)) {
+                    tally.n_hits += 1;
+                    tally.t_sum += f64::from(t);
+                }
+            }
+            Query::NearestCoherent => {
+                for t in rays.iter().filter_map(|ray| self.nearest_coherent(ray)) {
                     tally.n_hits += 1;
                     tally.t_sum += f64::from(t);
                 }

@@ -73,7 +73,7 @@ fn damaged_files_are_refused() {
         &last_index,
         "triangle 31 has vertex 4294967295 of 32",
     );
-    check(&rays, &|b| b[12] = 7, "query 7 is neither 0 nor 1");
+    check(&rays, &|b| b[12] = 7, "query 7 is none of 0, 1 and 2");
     check(&rays, &|b| b[24..28].fill(0xff), "ray 0 is not valid");
     check(&rays, &|b| b[..8].copy_from_slice(b"KLMESH\0\0"), "KLRAYS");
 }

@@ -13,12 +13,15 @@ use kilauea_spot::{
 };
 
 use crate::RenderError;
-use crate::camera::RayGenerator;
-use crate::integrator::{Answer, Blame, PathIntegrator, Question, RayCounts, RayTracer};
+use crate::camera::{CameraRay, RayGenerator};
+use crate::integrator::{
+    Air, Answer, Blame, Fault, Faults, FirstFault, Media, MediumStack, PathIntegrator, Question,
+    RayCounts, RayTracer, SampleId, Step, Unwatched, media_around,
+};
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
 use crate::prepared::PreparedScene;
-use crate::sampler::{Purpose, SamplerTables};
+use crate::sampler::{Purpose, Sampler, SamplerTables};
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
 pub(crate) struct Frame {
@@ -46,6 +49,8 @@ pub(crate) struct Frame {
 pub(crate) struct Outcome {
     pub(crate) has_ended: bool,
     pub(crate) counts: RayCounts,
+    /// Of samples that were not finite.
+    pub(crate) faults: Faults,
     pub(crate) error: Option<RenderError>,
     pub(crate) render_secs: f64,
     /// Highest in any run.
@@ -56,9 +61,9 @@ pub(crate) struct Outcome {
 ///
 /// A path has one ray to follow and one light to look at, so its vertices need no SPOTs of their
 /// own: they would only hand on its throughput.
-struct PixelProgram<'f, const CUTOUTS: bool> {
+struct PixelProgram<'f, const CUTOUTS: bool, M> {
     frame: &'f Frame,
-    integrator: PathIntegrator<'f, CUTOUTS>,
+    integrator: PathIntegrator<'f, CUTOUTS, M>,
 }
 
 /// What a SPOT did.
@@ -81,10 +86,12 @@ impl Frame {
 
     /// Renders until all samples are taken, the time is up or something fails.
     pub(crate) fn render(&self) {
-        let result = if self.needs.cutouts {
-            self.run_passes::<true>()
-        } else {
-            self.run_passes::<false>()
+        let has_cutouts = self.needs.cutouts || self.needs.nested_media;
+        let result = match (self.needs.media, has_cutouts) {
+            (false, false) => self.run_passes::<false, _>(Air),
+            (false, true) => self.run_passes::<true, _>(Air),
+            (true, false) => self.run_passes::<false, _>(self.camera_media()),
+            (true, true) => self.run_passes::<true, _>(self.camera_media()),
         };
         let mut outcome = self.lock_outcome();
         if let Err(error) = result {
@@ -96,18 +103,29 @@ impl Frame {
         self.ended.notify_all();
     }
 
-    fn run_passes<const CUTOUTS: bool>(&self) -> Result<(), RunError> {
+    /// The media where the ray through the centre of the picture starts, as the shutter opens.
+    fn camera_media(&self) -> MediumStack {
+        let [width, height] = self.settings.resolution.map(|n| n as f32);
+        let center = Vec2::new(width, height) / 2.0;
+        let ray = self.camera.ray(center, Vec2::splat(0.5), 0.0).ray;
+        let prepared = &*self.prepared;
+        media_around(ray.at(ray.t_min), &prepared.geometry, &prepared.textures)
+    }
+
+    fn run_passes<const CUTOUTS: bool, M: Media>(&self, camera_media: M) -> Result<(), RunError> {
         let prepared = &*self.prepared;
         let program = PixelProgram {
             frame: self,
-            integrator: PathIntegrator::<CUTOUTS> {
+            integrator: PathIntegrator::<CUTOUTS, M> {
                 geometry: &prepared.geometry,
                 lights: &prepared.lights,
                 textures: &prepared.textures,
                 max_depth: self.settings.max_depth,
                 samples_per_pixel: self.settings.samples_per_pixel,
                 needs: self.needs,
+                camera_media,
                 blame: &self.blame,
+                watch: Unwatched,
             },
         };
         let tracer = RayTracer::<CUTOUTS> {
@@ -178,7 +196,7 @@ impl Frame {
     }
 }
 
-impl<const CUTOUTS: bool> Program for PixelProgram<'_, CUTOUTS> {
+impl<const CUTOUTS: bool, M: Media> Program for PixelProgram<'_, CUTOUTS, M> {
     type Work = PixelRun;
     type Output = Sampled;
     type Question = Question;
@@ -193,7 +211,7 @@ impl<const CUTOUTS: bool> Program for PixelProgram<'_, CUTOUTS> {
     }
 }
 
-impl<const CUTOUTS: bool> PixelProgram<'_, CUTOUTS> {
+impl<const CUTOUTS: bool, M: Media> PixelProgram<'_, CUTOUTS, M> {
     /// Takes the samples that some pixels get in a pass, and adds them to the film.
     async fn sample_pixels<C: Context<Self>>(&self, run: PixelRun, cx: C) -> Sampled {
         let frame = self.frame;
@@ -234,14 +252,45 @@ impl<const CUTOUTS: bool> PixelProgram<'_, CUTOUTS> {
                 if exposure != 1.0 {
                     expose(&mut sample, exposure);
                 }
-                frame
+                let is_finite = frame
                     .film
                     .tile(run.tile as usize)
                     .add(pixel_idx as usize, &sample);
+                if !is_finite {
+                    // In a box, as room for it would be in the state of every path.
+                    let fault = Box::pin(self.find_fault(&ray, &sampler, &cx)).await;
+                    let id = SampleId {
+                        row: pixel[1],
+                        column: pixel[0],
+                        sample: sample_idx,
+                    };
+                    frame.lock_outcome().faults.add(id, fault);
+                }
             }
             sampled.n_pixels += 1;
         }
         sampled
+    }
+
+    /// Traces a path again to see where it stopped being finite. Its rays are not counted.
+    #[cold]
+    async fn find_fault<C: Context<Self>>(
+        &self,
+        ray: &CameraRay,
+        sampler: &Sampler<'_>,
+        cx: &C,
+    ) -> Fault {
+        let first = FirstFault::default();
+        let mut counts = RayCounts::default();
+        self.integrator
+            .watched_by(&first)
+            .trace(ray, &self.frame.camera, sampler, &mut counts, cx)
+            .await;
+        first.get().unwrap_or(Fault {
+            step: Step::Exposure,
+            depth: 0,
+            at: None,
+        })
     }
 }
 

@@ -67,12 +67,23 @@ impl RenderJob {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             n => n as usize,
         };
+        let needs = if settings.specialize {
+            SceneNeeds {
+                surface_layers: film.aovs().iter().copied().any(describes_surface),
+                ..prepared.needs
+            }
+        } else {
+            SceneNeeds::ALL
+        };
+        let needs = needs
+            .with(&settings.general)
+            .map_err(|name| RenderError::Setting {
+                name: "general",
+                value: name.to_owned(),
+                reason: "no feature has that name",
+            })?;
         let frame = Arc::new(Frame {
-            needs: if settings.specialize {
-                prepared.needs
-            } else {
-                SceneNeeds::ALL
-            },
+            needs,
             filter: Filter::new(settings.filter, settings.filter_radius),
             camera: RayGenerator::new(&scene.camera, settings.resolution, scene.origin_world),
             sampler: SamplerTables::new(
@@ -153,6 +164,22 @@ impl RenderJob {
     }
 }
 
+/// Whether a layer holds what the first hit is like.
+fn describes_surface(aov: Aov) -> bool {
+    match aov {
+        Aov::N | Aov::P | Aov::Albedo | Aov::PrimId | Aov::InstanceId => true,
+        Aov::Beauty
+        | Aov::Z
+        | Aov::DirectDiffuse
+        | Aov::IndirectDiffuse
+        | Aov::DirectSpecular
+        | Aov::IndirectSpecular
+        | Aov::Emission
+        | Aov::SampleCount
+        | Aov::Variance => false,
+    }
+}
+
 impl Frame {
     /// What was rendered, once rendering has stopped.
     fn into_result(self) -> Result<RenderResult, RenderError> {
@@ -181,10 +208,23 @@ impl Frame {
             let n = outcome.counts.invalid;
             warnings.push(format!("{n} rays could not be traced and hit nothing"));
         }
+        if outcome.counts.in_too_many_media > 0 {
+            let n = outcome.counts.in_too_many_media;
+            warnings.push(format!(
+                "{n} paths were in too many media at once; those of the lowest priority were \
+                 forgotten"
+            ));
+        }
+        let geometry = &prepared.geometry;
+        warnings.extend(outcome.faults.lines(|at| {
+            let prim = scene.prim_path(geometry.ids(at).0.cast_unsigned());
+            format!(", on {prim} of material {}", geometry.material_path(at))
+        }));
         let stats = RenderStats {
             samples_per_pixel: samples as f64 / self.n_pixels.max(1) as f64,
             samples,
             invalid_samples: self.film.n_invalid(),
+            invalid_samples_by_step: outcome.faults.counts(),
             invalid_rays: outcome.counts.invalid,
             times: Times {
                 build: prepared.build_secs,
@@ -206,6 +246,7 @@ impl Frame {
                 tiles_total: tiles.tiles_total,
                 tiles_loaded: tiles.tiles_loaded,
                 bytes_read: tiles.bytes_read,
+                values_replaced: tiles.values_replaced,
             },
             scene: SceneSize {
                 placements: prepared.geometry.n_placements() as u64,

@@ -16,6 +16,8 @@ mod needs;
 mod passes;
 mod prepared;
 mod sampler;
+#[cfg(test)]
+mod statistics;
 mod stats;
 
 pub use error::RenderError;

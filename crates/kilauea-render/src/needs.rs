@@ -1,62 +1,69 @@
 //! What a scene uses, found once, so that loops skip the rest.
 
 use serde::Serialize;
+use std::collections::BTreeSet;
 
 use crate::geometry::Geometry;
 use crate::light::Lights;
 use kilauea_scene::{Prototype, Scene, Visibility};
 use shaders::Shader;
 
-/// Features that cost time per ray or per shade.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "a set of independent flags is what it is"
-)]
-pub struct SceneNeeds {
+/// Declares the flags once: as fields, all set, and by name.
+macro_rules! scene_needs {
+    ($($(#[$doc:meta])* $flag:ident,)+) => {
+        /// Features that cost time per ray or per shade.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+        pub struct SceneNeeds {
+            $($(#[$doc])* pub $flag: bool,)+
+        }
+
+        impl SceneNeeds {
+            /// Everything: the general code.
+            pub const ALL: Self = Self { $($flag: true,)+ };
+
+            fn flags(&mut self) -> Vec<(&'static str, &mut bool)> {
+                vec![$((stringify!($flag), &mut self.$flag),)+]
+            }
+        }
+    };
+}
+
+scene_needs! {
     /// Some surface is not opaque to rays.
-    pub cutouts: bool,
+    cutouts,
     /// There is any light.
-    pub lights: bool,
+    lights,
+    /// There is more than one light.
+    light_choice,
     /// Rays can meet lights that are not meshes.
-    pub area_lights: bool,
+    area_lights,
     /// Some surface emits.
-    pub mesh_lights: bool,
-    /// Light comes from infinity.
-    pub infinite_lights: bool,
+    mesh_lights,
+    /// Rays can meet light that comes from infinity.
+    infinite_lights,
     /// Some shader reads an image.
-    pub textures: bool,
-    /// Prototypes are placed.
-    pub instances: bool,
+    textures,
+    /// Prototypes are placed. Skipped, with the next five, by what walks the trees.
+    instances,
     /// Something moves while the shutter is open.
-    pub motion: bool,
+    motion,
     /// There are curves.
-    pub curves: bool,
+    curves,
     /// There are points.
-    pub points: bool,
+    points,
     /// Some rays do not meet something.
-    pub masks: bool,
+    masks,
+    /// Some surface bounds a medium that paths keep track of.
+    media,
+    /// Media have different priorities, so that boundaries can be hidden.
+    nested_media,
     /// The camera has a lens.
-    pub lens: bool,
+    lens,
+    /// Layers are recorded that describe surfaces: normals, positions, albedo, ids.
+    surface_layers,
 }
 
 impl SceneNeeds {
-    /// Everything: the general code.
-    pub const ALL: Self = Self {
-        cutouts: true,
-        lights: true,
-        area_lights: true,
-        mesh_lights: true,
-        infinite_lights: true,
-        textures: true,
-        instances: true,
-        motion: true,
-        curves: true,
-        points: true,
-        masks: true,
-        lens: true,
-    };
-
     /// What `scene` uses.
     pub fn of(scene: &Scene, geometry: &Geometry, lights: &Lights) -> Self {
         let prototypes = &scene.prototypes;
@@ -71,12 +78,17 @@ impl SceneNeeds {
             let mut shaders = geometry.shaders().iter().zip(0..);
             shaders.any(|(shader, idx)| is_such(shader) && used(idx))
         };
+        let priorities: BTreeSet<i8> = (geometry.shaders().iter().zip(0..))
+            .filter(|(_, idx)| used(*idx))
+            .filter_map(|(shader, _)| Some(shader.interior()?.priority))
+            .collect();
         Self {
             cutouts: any_shader(|shader| !shader.is_opaque()),
             lights: lights.len() > 0,
+            light_choice: lights.len() > 1,
             area_lights: lights.has_area_lights(),
             mesh_lights: any_shader(Shader::is_emissive),
-            infinite_lights: lights.has_infinite_lights(),
+            infinite_lights: lights.rays_meet_infinite_lights(),
             textures: !scene.textures.is_empty(),
             instances: geometry.has_instances(),
             motion: !scene.camera.later_world_from_camera.is_empty()
@@ -84,29 +96,39 @@ impl SceneNeeds {
             curves: prototypes.iter().any(|p| !p.curves.is_empty()),
             points: prototypes.iter().any(|p| !p.points.is_empty()),
             masks: prototypes.iter().any(hides),
+            media: !priorities.is_empty(),
+            nested_media: priorities.len() > 1,
             lens: scene.camera.lens_radius > 0.0,
+            surface_layers: true,
         }
     }
 
+    /// The same, and the features of these names as if they were in use.
+    ///
+    /// # Errors
+    /// Returns a name that no feature has.
+    pub fn with(mut self, names: &[String]) -> Result<Self, &str> {
+        for name in names {
+            let mut flags = self.flags();
+            let flag = flags.iter_mut().find(|(known, _)| known == name);
+            let (_, flag) = flag.ok_or(name.as_str())?;
+            **flag = true;
+        }
+        Ok(self)
+    }
+
+    /// Whether scattered rays can meet light. If not, a path's last ray would find nothing.
+    pub fn met_lights(&self) -> bool {
+        self.area_lights || self.mesh_lights || self.infinite_lights
+    }
+
     /// Names of what is needed and of what is skipped.
-    pub fn names(&self) -> (Vec<&'static str>, Vec<&'static str>) {
-        let flags = [
-            ("cutouts", self.cutouts),
-            ("lights", self.lights),
-            ("area_lights", self.area_lights),
-            ("mesh_lights", self.mesh_lights),
-            ("infinite_lights", self.infinite_lights),
-            ("textures", self.textures),
-            ("instances", self.instances),
-            ("motion", self.motion),
-            ("curves", self.curves),
-            ("points", self.points),
-            ("masks", self.masks),
-            ("lens", self.lens),
-        ];
-        let (needed, skipped): (Vec<_>, Vec<_>) = flags.iter().partition(|(_, is_on)| *is_on);
-        let names =
-            |flags: Vec<&(&'static str, bool)>| flags.iter().map(|(name, _)| *name).collect();
+    pub fn names(mut self) -> (Vec<&'static str>, Vec<&'static str>) {
+        let flags = self.flags();
+        let (needed, skipped): (Vec<_>, Vec<_>) = flags.into_iter().partition(|(_, is_on)| **is_on);
+        let names = |flags: Vec<(&'static str, &mut bool)>| {
+            flags.into_iter().map(|(name, _)| name).collect()
+        };
         (names(needed), names(skipped))
     }
 }

@@ -33,15 +33,16 @@ pub struct PreparedScene {
 pub struct PrepareOptions {
     /// Bound on the texture tiles in memory.
     pub texture_memory_bytes: u64,
-    /// Camera samples that will be taken: what a better tree costs must come back in their rays.
-    pub n_camera_samples: u64,
+    /// Whether rays skip the code for what the scene does not have: instances, motion, curves,
+    /// points, masks. False runs the general walk (tests, benchmarks).
+    pub specialize_rays: bool,
 }
 
 impl Default for PrepareOptions {
     fn default() -> Self {
         Self {
             texture_memory_bytes: 1 << 30,
-            n_camera_samples: u64::MAX,
+            specialize_rays: true,
         }
     }
 }
@@ -55,7 +56,7 @@ impl PreparedScene {
         let (textures, texture_errors) =
             TextureStore::open(&scene.textures, options.texture_memory_bytes);
         let mut warnings: Vec<String> = texture_errors.iter().map(ToString::to_string).collect();
-        let geometry = Geometry::build(Arc::clone(&scene), options.n_camera_samples)?;
+        let geometry = Geometry::build(Arc::clone(&scene), options)?;
         for (material, shader) in scene.materials.iter().zip(geometry.shaders()) {
             for input in shader.ignored_inputs() {
                 warnings.push(format!("{}: inputs:{input} is not known", material.path));
@@ -64,16 +65,10 @@ impl PreparedScene {
                 warnings.push(format!("{}: {remark}", material.path));
             }
         }
-        let n_rejected = geometry.accel().n_rejected();
-        if n_rejected > 0 {
-            warnings.push(format!(
-                "{n_rejected} degenerate surfaces or placements were left out"
-            ));
-        }
+        warnings.extend(geometry.left_out());
         let lights = Lights::new(&scene, &geometry, &textures);
         for prim_idx in lights.unsampled_prims() {
-            let path = scene.prim_paths.get(prim_idx as usize);
-            let path = path.map_or("<unknown prim>", String::as_str);
+            let path = scene.prim_path(prim_idx);
             let what = "emits and moves: its light is found by chance only";
             warnings.push(format!("{path}: {what}"));
         }

@@ -1,5 +1,7 @@
 //! What a render reports: times, rays, memory, and what was skipped.
 
+use std::collections::BTreeMap;
+
 use kilauea_scene::Scene;
 use serde::Serialize;
 
@@ -14,6 +16,8 @@ pub struct RenderStats {
     pub samples: u64,
     /// Samples that were NaN or infinite and taken as black.
     pub invalid_samples: u64,
+    /// These samples by the step of their path that was the first to be not finite.
+    pub invalid_samples_by_step: BTreeMap<&'static str, u64>,
     /// Rays that could not be traced: with a NaN, without a direction, or of an empty range.
     pub invalid_rays: u64,
     /// Seconds.
@@ -107,6 +111,8 @@ pub struct Textures {
     pub tiles_loaded: u64,
     /// Bytes read.
     pub bytes_read: u64,
+    /// Values of all images that were NaN or infinite, and that something stands for.
+    pub values_replaced: u64,
 }
 
 /// Size of the scene.

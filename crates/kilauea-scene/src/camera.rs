@@ -1,6 +1,8 @@
 use kilauea_math::DMat4;
 use serde::{Deserialize, Serialize};
 
+use crate::SceneError;
+
 /// Where the picture is taken from. Looks along −z of camera space, +y up.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -31,6 +33,34 @@ pub struct Camera {
     pub clipping_range: [f64; 2],
     /// Multiplies every radiance on its way into the film.
     pub exposure_scale: f32,
+}
+
+impl Camera {
+    /// Checks that all of it is numbers. What those say may be as odd as it likes.
+    pub(crate) fn check(&self) -> Result<(), SceneError> {
+        let mut matrices =
+            std::iter::once(&self.world_from_camera).chain(&self.later_world_from_camera);
+        let are_finite = [
+            ("xformOps", matrices.all(DMat4::is_finite)),
+            ("shutter", self.shutter.iter().all(|t| t.is_finite())),
+            ("aperture", self.screen_window.iter().all(|x| x.is_finite())),
+            (
+                "clippingRange",
+                !self.clipping_range.iter().any(|x| x.is_nan()),
+            ),
+            ("fStop", self.lens_radius.is_finite()),
+            ("focusDistance", self.focus_distance.is_finite()),
+            ("exposure", self.exposure_scale.is_finite()),
+        ];
+        match are_finite.iter().find(|(_, is_finite)| !is_finite) {
+            None => Ok(()),
+            Some((attribute, _)) => Err(SceneError::Value {
+                path: self.path.clone(),
+                attribute: (*attribute).into(),
+                reason: "not finite".into(),
+            }),
+        }
+    }
 }
 
 /// Projections of [`Camera`].

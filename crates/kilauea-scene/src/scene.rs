@@ -29,7 +29,14 @@ impl Scene {
         check_prototypes(self)?;
         self.check_acyclic()?;
         self.check_materials()?;
-        self.check_lights()
+        self.check_lights()?;
+        self.camera.check()
+    }
+
+    /// The path of a prim by its primId.
+    pub fn prim_path(&self, prim_idx: u32) -> &str {
+        let path = self.prim_paths.get(prim_idx as usize);
+        path.map_or("<unknown prim>", String::as_str)
     }
 
     /// Bytes of all chunk arrays.

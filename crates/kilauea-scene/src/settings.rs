@@ -34,6 +34,10 @@ pub struct RenderSettings {
     pub shade_memory_bytes: u64,
     /// Which unused work is skipped; false runs the general code (tests, benchmarks).
     pub specialize: bool,
+    /// Features whose general code runs even if they are not in use, by their names in the
+    /// statistics' `skipped` (tests, benchmarks).
+    #[serde(default)]
+    pub general: Vec<String>,
 }
 
 impl Default for RenderSettings {
@@ -54,6 +58,7 @@ impl Default for RenderSettings {
             shading: Shading::Inline,
             shade_memory_bytes: 64 << 20,
             specialize: true,
+            general: Vec::new(),
         }
     }
 }

@@ -18,7 +18,7 @@ pub struct Declaration {
 pub struct Parameter {
     /// Name, as authored.
     pub name: &'static str,
-    /// float, float3 or color.
+    /// float, int, float3 or color.
     pub type_name: &'static str,
     /// How many channels that are.
     pub width: usize,
@@ -217,6 +217,26 @@ mod tests {
             for part in ["/Looks/Test: inputs:mode is", "0 (thin), 1 (thick)"] {
                 assert!(error.contains(part), "{error}");
             }
+        }
+    }
+
+    #[test]
+    fn a_pattern_where_one_value_is_needed_is_noted() {
+        for (node, expected, n_noted) in [(constant([7.0; 4]), 7.0, 0), (pattern(), 2.0, 1)] {
+            let input = MaterialInput {
+                node: 0,
+                channel: Channel::Rgb,
+            };
+            let material = Material {
+                path: "/Looks/Test".into(),
+                shader: "Test".into(),
+                inputs: [("gain".to_owned(), input)].into(),
+                nodes: vec![node],
+            };
+            let mut inputs = ShaderInputs::new(&material);
+            let read = Inputs::read(&mut inputs).unwrap();
+            assert_eq!(inputs.uniform("gain", &read.gain, 2.0), expected);
+            assert_eq!(inputs.finish().out_of_range.len(), n_noted);
         }
     }
 

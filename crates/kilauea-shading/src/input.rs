@@ -55,6 +55,20 @@ impl InputValue for f32 {
     }
 }
 
+impl InputValue for i32 {
+    const TYPE_NAME: &'static str = "int";
+    const WIDTH: usize = 1;
+
+    #[inline]
+    fn from_channels(channels: Channels, channel: Channel) -> Self {
+        f32::from_channels(channels, channel).round() as Self
+    }
+
+    fn to_channels(self) -> Channels {
+        (self as f32).to_channels()
+    }
+}
+
 impl InputValue for Vec3 {
     const TYPE_NAME: &'static str = "float3";
     const WIDTH: usize = 3;

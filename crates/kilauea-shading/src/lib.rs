@@ -9,10 +9,12 @@
 mod declaration;
 mod graph;
 mod input;
+mod medium;
 mod normal;
 mod parameters;
 pub mod prelude;
 mod primvar;
+mod shade;
 mod shader;
 mod surface;
 #[cfg(test)]
@@ -22,7 +24,9 @@ pub use declaration::{Allowed, Declaration, Parameter};
 pub use graph::Channels;
 pub use input::{Input, InputValue};
 pub use kilauea_texture::TextureStore;
+pub use medium::Medium;
 pub use parameters::{InputSummary, ShaderInputs};
 pub use primvar::{ElementCounts, PrimvarLayout, PrimvarSlot};
+pub use shade::{Scattered, Shade};
 pub use shader::{ShaderError, SurfaceShader};
 pub use surface::{Element, Surface};

@@ -21,7 +21,8 @@ pub struct InputSummary {
     pub primvars: Vec<String>,
     /// Authored inputs that the shader does not have.
     pub ignored: Vec<String>,
-    /// For each constant outside its declared range, the input, its value and the range.
+    /// For each constant outside its declared range, the input, its value and the range; and each
+    /// pattern where a constant is needed.
     pub out_of_range: Vec<String>,
 }
 
@@ -81,6 +82,18 @@ impl<'m> ShaderInputs<'m> {
             }
             (Allowed::Range { .. }, None) => Ok(()),
         }
+    }
+
+    /// The value of an input that must be the same everywhere. Where a pattern is authored, that is
+    /// noted and the default is taken.
+    pub fn uniform<T: InputValue>(&mut self, name: &str, input: &Input<T>, default: T) -> T {
+        input.constant().unwrap_or_else(|| {
+            let taken = &default.to_channels()[..T::WIDTH];
+            self.out_of_range.push(format!(
+                "inputs:{name} must be the same everywhere; {taken:?} is taken"
+            ));
+            default
+        })
     }
 
     /// Ends reading.

@@ -4,5 +4,6 @@ pub use kilauea_bsdf::Bsdf;
 pub use kilauea_math::{Frame, Spectrum, Vec2, Vec3};
 
 pub use crate::{
-    Declaration, Input, ShaderError, ShaderInputs, Surface, SurfaceShader, TextureStore, parameters,
+    Declaration, Input, Medium, Scattered, Shade, ShaderError, ShaderInputs, Surface,
+    SurfaceShader, TextureStore, parameters,
 };

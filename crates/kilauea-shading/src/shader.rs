@@ -1,7 +1,7 @@
 use kilauea_bsdf::Bsdf;
 use kilauea_math::Spectrum;
 
-use crate::{Declaration, ShaderInputs, Surface, TextureStore};
+use crate::{Declaration, Medium, Scattered, Shade, ShaderInputs, Surface, TextureStore};
 
 /// A surface shader: turns its inputs at a point into scattering, emission and presence.
 pub trait SurfaceShader: Send + Sync + Sized {
@@ -17,6 +17,20 @@ pub trait SurfaceShader: Send + Sync + Sized {
     /// How the surface scatters light at a point.
     fn bsdf(&self, surface: &Surface<'_>) -> Bsdf;
 
+    /// Light scattered toward `surface.wo`, as in a ray tracer that has everything at hand: what is
+    /// awaited may be answered on the spot or by another machine.
+    #[expect(
+        async_fn_in_trait,
+        reason = "a shade never leaves the thread that started it"
+    )]
+    async fn shade(&self, mut cx: impl Shade) -> Scattered {
+        let surface = cx.surface();
+        let bsdf = self.bsdf(surface).seen_from(surface.wo);
+        let direct = cx.direct_light(&bsdf); // ask first ...
+        let indirect = cx.indirect(&bsdf);
+        direct.await + indirect.await // ... read later
+    }
+
     /// Radiance emitted toward `surface.wo`.
     fn emission(&self, _surface: &Surface<'_>) -> Spectrum {
         Spectrum::BLACK
@@ -26,6 +40,12 @@ pub trait SurfaceShader: Send + Sync + Sized {
     /// as if nothing were there.
     fn opacity(&self, _surface: &Surface<'_>) -> f32 {
         1.0
+    }
+
+    /// What fills the inside of a closed mesh with this surface; none where that makes no
+    /// difference to light. Paths keep track of it from where a ray is transmitted to the inside.
+    fn interior(&self) -> Option<Medium> {
+        None
     }
 
     /// Whether [`Self::opacity`] is 1 everywhere.

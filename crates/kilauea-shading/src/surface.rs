@@ -34,6 +34,9 @@ pub struct Surface<'a> {
     pub instance_primvars: &'a [InstanceAttribute],
     /// Which instance of that placement.
     pub instance_index: u32,
+    /// Index of refraction of what is on the outside of the mesh here: 1 for air, or that of the
+    /// [`crate::Medium`] in which the mesh lies.
+    pub outside_ior: f32,
     /// Width of the ray here, in the units of `p`; 0 asks for the finest texture level.
     pub footprint: f32,
     /// Images.

@@ -105,6 +105,7 @@ impl Fixture {
             primvars: &self.slots,
             instance_primvars: &[],
             instance_index: 0,
+            outside_ior: 1.0,
             footprint: 0.0,
             textures: &self.textures,
         }

@@ -53,6 +53,8 @@ pub struct TextureStats {
     pub bytes_read: u64,
     /// Tiles of all images and mip levels.
     pub tiles_total: u64,
+    /// Values of all images that were not finite.
+    pub values_replaced: u64,
 }
 
 impl TileCache {
@@ -101,6 +103,7 @@ impl TileCache {
             bytes_peak: clock.bytes_peak,
             bytes_read: self.bytes_read.load(Ordering::Relaxed),
             tiles_total: self.slots.len() as u64,
+            ..TextureStats::default()
         }
     }
 

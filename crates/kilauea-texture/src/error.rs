@@ -1,7 +1,7 @@
 use std::io;
 use std::path::PathBuf;
 
-/// Why a tile file cannot be used; lookups of it find no image.
+/// What is wrong with an image. Where its tile file cannot be used, lookups find no image.
 #[derive(Debug, thiserror::Error)]
 pub enum TextureError {
     /// It cannot be read.
@@ -31,5 +31,13 @@ pub enum TextureError {
         image: String,
         /// The number.
         udim: u32,
+    },
+    /// Some of it was no number; the rest is used.
+    #[error("{image}: {n_values} values are not finite: NaN reads as 0, infinity as 65504")]
+    NotFinite {
+        /// The image as authored.
+        image: String,
+        /// Values of its finest level, each channel by itself.
+        n_values: u32,
     },
 }

@@ -15,6 +15,8 @@ const MAX_SIZE: u32 = 1 << 20;
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Header {
     pub(crate) format: TexelFormat,
+    /// Values of the image that were not finite, and that its writer replaced.
+    pub(crate) n_replaced: u32,
     /// Finest first; never empty.
     pub(crate) levels: Vec<LevelHeader>,
 }
@@ -86,7 +88,11 @@ impl Header {
             }
             levels.push(level);
         }
-        Ok(Self { format, levels })
+        Ok(Self {
+            format,
+            n_replaced: u32_at(fixed, 44),
+            levels,
+        })
     }
 }
 
@@ -140,6 +146,7 @@ mod tests {
         assert_eq!((header.levels[6].width, header.levels[6].height), (1, 1));
         assert_eq!((header.levels[1].width, header.levels[1].height), (50, 35));
         assert_eq!(header.format.channels, 3);
+        assert_eq!(header.n_replaced, 0);
     }
 
     #[test]

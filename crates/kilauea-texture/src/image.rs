@@ -25,6 +25,8 @@ pub(crate) struct Image {
     /// Reading failed once; it is not tried again.
     failed: AtomicBool,
     pub(crate) format: TexelFormat,
+    /// Values that its writer replaced, as they were not finite.
+    pub(crate) n_replaced: u32,
     pub(crate) levels: Vec<Level>,
 }
 
@@ -84,6 +86,7 @@ impl Image {
         Ok(Self {
             authored: image.to_owned(),
             format: header.format,
+            n_replaced: header.n_replaced,
             levels,
             tiles,
             file: OnceLock::new(),

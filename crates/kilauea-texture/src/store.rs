@@ -51,7 +51,7 @@ impl TextureStore {
     /// Opens the tile files of `sources` and reads their headers; texture *i* is source *i*.
     ///
     /// Tiles take at most `budget_bytes`. Files that cannot be used are reported and read as
-    /// missing.
+    /// missing; so are those that hold what was not finite in their image, which are used.
     pub fn open(sources: &[TextureSource], budget_bytes: u64) -> (Self, Vec<TextureError>) {
         let mut images: Vec<Image> = Vec::new();
         let mut errors = Vec::new();
@@ -69,6 +69,12 @@ impl TextureStore {
                 let first_slot = images.last().map_or(0, Image::end_slot);
                 match Image::open(&source.path, PathBuf::from(&file.tiles), first_slot) {
                     Ok(image) => {
+                        if image.n_replaced > 0 {
+                            errors.push(TextureError::NotFinite {
+                                image: source.path.clone(),
+                                n_values: image.n_replaced,
+                            });
+                        }
                         texture.add(file.udim, images.len() as u32);
                         images.push(image);
                     }
@@ -159,7 +165,11 @@ impl TextureStore {
 
     /// What has been read and is held.
     pub fn stats(&self) -> TextureStats {
-        self.cache.stats()
+        let images = self.images.iter();
+        TextureStats {
+            values_replaced: images.map(|image| u64::from(image.n_replaced)).sum(),
+            ..self.cache.stats()
+        }
     }
 
     /// Errors met in lookups since the last call, one per image.

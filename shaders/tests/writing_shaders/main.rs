@@ -75,6 +75,7 @@ fn albedo_at(material: &Material, barycentrics: Vec2) -> Spectrum {
         ),
         instance_primvars: &[],
         instance_index: 0,
+        outside_ior: 1.0,
         footprint: 0.0,
         textures: &textures,
     };

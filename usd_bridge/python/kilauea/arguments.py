@@ -16,6 +16,9 @@ ENVIRONMENT_PREFIX = "KILAUEA_"
 MAX_SIDE = 65536
 """Pixels of a picture's longest side."""
 
+BUILT_INTEGRATORS = ("path",)
+"""Choices of `--integrator` that exist; the others render with `path`."""
+
 SUBDIVISION_LEVELS = {"low": 0, "medium": 1, "high": 2, "veryhigh": 3}
 
 # Flags of husk and usdrecord that mean nothing here, by how many values follow them.

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import argparse
 
-from kilauea.benchmarks import error, load, rays, samples
+from kilauea.benchmarks import error, ledger, load, needs, rays, samples
 
 SUBCOMMANDS = {
     "samples": (samples, "camera paths per second against Cycles and Mitsuba"),
     "rays": (rays, "rays per second on one thread against Embree, and building of trees"),
     "load": (load, "time and memory from the stage to the first ray, against Blender"),
-    "error": (error, "error against time, and its slope"),
+    "needs": (needs, "what is saved by skipping what a stage has no use for"),
+    "error": (error, "error at equal time against Cycles, Mitsuba and LuxCore"),
+    "ledger": (ledger, "write what was measured into the documentation"),
 }
 
 

@@ -8,21 +8,19 @@ from __future__ import annotations
 import fcntl
 import os
 import shutil
-import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from kilauea.child import run_apart
 from kilauea.errors import KilaueaError
-
-_LOG_LINES_SHOWN = 12
 
 
 @dataclass(frozen=True, slots=True)
 class Environment:
-    """A virtual environment with one package in it."""
+    """A virtual environment with one package in it, and what that needs beside it."""
 
     folder: str
     """Name inside the cache."""
@@ -32,11 +30,14 @@ class Environment:
     """The only Python that has wheels; any when absent."""
     override: str
     """Environment variable that names a ready-made interpreter."""
+    companions: tuple[tuple[str, str], ...] = ()
+    """Packages and versions that it needs and does not ask for."""
 
     @property
-    def requirement(self) -> str:
+    def requirements(self) -> list[str]:
         """What pip installs."""
-        return f"{self.package}=={self.version}"
+        pinned = (*self.companions, (self.package, self.version))
+        return [f"{package}=={version}" for package, version in pinned]
 
     def python(self) -> Path:
         """Return the interpreter, making the environment where there is none.
@@ -61,16 +62,19 @@ class Environment:
 
     def is_complete(self) -> bool:
         """Whether the environment is there and pip has finished: it writes RECORD last."""
-        folder = cache_folder() / self.folder
-        record = f"lib/python*/site-packages/{self.package}-{self.version}.dist-info/RECORD"
-        return any(folder.glob(record))
+        packages = cache_folder() / self.folder
+        return all(
+            any(packages.glob(f"lib/python*/site-packages/{name}-{version}.dist-info/RECORD"))
+            for name, version in (*self.companions, (self.package, self.version))
+        )
 
     def _make(self, folder: Path, python: Path) -> None:
-        print(f"kilauea: installing {self.requirement} in {folder} (once)", file=sys.stderr)
+        named = ", ".join(self.requirements)
+        print(f"kilauea: installing {named} in {folder} (once)", file=sys.stderr)
         shutil.rmtree(folder, ignore_errors=True)
-        checked([self._base_python(), "-m", "venv", str(folder)], "make a virtual environment")
-        install = [str(python), "-m", "pip", "install", "--quiet", self.requirement]
-        checked(install, f"install {self.requirement}")
+        run_apart([self._base_python(), "-m", "venv", str(folder)], "make a virtual environment")
+        install = [str(python), "-m", "pip", "install", "--quiet", *self.requirements]
+        run_apart(install, f"install {named}")
 
     def _base_python(self) -> str:
         if self.python_version in (None, sys.version_info[:2]):
@@ -79,7 +83,7 @@ class Environment:
         found = shutil.which(name)
         if found is None:
             raise KilaueaError(
-                f"{self.requirement} needs {name}, which is not installed; or set {self.override}"
+                f"{self.package} needs {name}, which is not installed; or set {self.override}"
             )
         return found
 
@@ -87,7 +91,24 @@ class Environment:
 CYCLES = Environment("reference-env", "bpy", "5.0.1", (3, 11), "KILAUEA_REFERENCE_PYTHON")
 EMBREE = Environment("embree-env", "embreex", "4.4.0.post1", None, "KILAUEA_EMBREE_PYTHON")
 """The package holds Embree as a shared library, which is all that we use of it."""
-MITSUBA = Environment("mitsuba-env", "mitsuba", "3.9.1", None, "KILAUEA_MITSUBA_PYTHON")
+_NUMPY = ("numpy", "2.4.6")
+LUXCORE = Environment(
+    "luxcore-env",
+    "pyluxcore",
+    "2.11.2",
+    None,
+    "KILAUEA_LUXCORE_PYTHON",
+    companions=(_NUMPY,),
+)
+MITSUBA = Environment(
+    "mitsuba-env",
+    "mitsuba",
+    "3.9.1",
+    None,
+    "KILAUEA_MITSUBA_PYTHON",
+    companions=(_NUMPY, ("karellen_llvm_core", "23.1.4.post8")),
+)
+"""karellen_llvm_core holds libLLVM: Mitsuba needs 16 or newer, and distributions have older."""
 
 
 def cache_folder() -> Path:
@@ -110,24 +131,6 @@ def pipeline_script(name: str) -> Path:
     if not script.is_file():
         raise KilaueaError(f"{script} does not exist: set KILAUEA_PIPELINE to the pipeline folder")
     return script
-
-
-def checked(command: list[str], purpose: str) -> str:
-    """Run a command apart from our own packages and return what it printed.
-
-    Raises
-    ------
-    KilaueaError
-        It failed; the message ends with the last lines it wrote.
-    """
-    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME")}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-    if done.returncode != 0:
-        lines = (done.stdout + done.stderr).strip().splitlines()[-_LOG_LINES_SHOWN:]
-        print("\n".join(lines), file=sys.stderr)
-        last = lines[-1] if lines else f"exit code {done.returncode}"
-        raise KilaueaError(f"cannot {purpose}: {last}")
-    return done.stdout
 
 
 @contextmanager

@@ -14,8 +14,9 @@ import OpenImageIO as oiio
 
 from kilauea import interrupt, request
 from kilauea.arguments import subdivision_level
+from kilauea.child import run_apart
 from kilauea.clock import process_age
-from kilauea.environments import CYCLES, checked, pipeline_script
+from kilauea.environments import CYCLES, pipeline_script
 from kilauea.errors import KilaueaError, UsageError
 from kilauea.payload import Frame
 from kilauea.render import DEFAULTS, RenderOptions, build_scene, native, settings_record
@@ -96,10 +97,15 @@ def export_frame(frame: Frame, options: RenderOptions, folder: Path) -> dict[str
 def run_cycles(folder: Path, out: Path, *flags: str) -> dict[str, Any]:
     """Render an exported scene; returns the statistics of `cycles_render.py`."""
     stats = out.with_suffix(".json")
-    script = pipeline_script("cycles_render.py")
-    command = [CYCLES.python(), script, folder, out, "--stats", stats, *flags]
-    checked([str(word) for word in command], "render with Cycles")
+    run_apart(cycles_command(folder, out, stats, *flags), "render with Cycles")
     return json.loads(stats.read_text())
+
+
+def cycles_command(folder: Path, out: Path, stats: Path, *flags: str) -> list[str]:
+    """Return the command that renders an exported scene with Cycles."""
+    script = pipeline_script("cycles_render.py")
+    words = [CYCLES.python(), script, folder, out, "--stats", stats]
+    return [*(str(word) for word in words), *flags]
 
 
 def write_outputs(

@@ -1,7 +1,7 @@
 use super::{Block, BlockRay, Limit};
 use crate::motion::MotionNode8;
 use crate::node::PairLeaf;
-use crate::traverse::{Distances, Kernel, TreeRay, triangle};
+use crate::traverse::{Distances, Kernel, TreeRay};
 use kilauea_math::{Bounds3, Vec3};
 
 /// Triangles whose corners move. All that share a corner move it alike, so that a closed mesh is
@@ -49,7 +49,7 @@ impl Block for MovingPairs {
         while open != 0 {
             let lane = (open.trailing_zeros() & 7) as usize;
             open &= open - 1;
-            if let Some(place) = triangle::intersect(&leaf.lane(lane), &ray.tree_ray)
+            if let Some(place) = kernel.position(&ray.tree_ray, &leaf, lane)
                 && offer(leaf.triangle[lane], place)
             {
                 return;

@@ -1,7 +1,7 @@
 //! Geometries taken apart: what is of one kind, moves by equally many keys and is seen by the same
 //! rays goes into the same trees.
 
-use super::soup::{MAX_COORDINATE, has_area};
+use super::soup::{MAX_COORDINATE, has_area, in_range};
 use crate::geometry::{CurveBasis, CurveProfile, Curves, Geometry};
 use crate::primitive::{CurveShape, Segment, Sphere};
 use crate::visibility::Visibility;
@@ -202,10 +202,6 @@ fn control_values<T: Value>(values: &[T], first: u32, basis: CurveBasis) -> Opti
             [a, a.lerp(b, 1.0 / 3.0), a.lerp(b, 2.0 / 3.0), b]
         }
     })
-}
-
-fn in_range(p: &[f32; 3]) -> bool {
-    p.iter().all(|x| x.abs() <= MAX_COORDINATE)
 }
 
 fn is_radius(r: f32) -> bool {

@@ -12,7 +12,7 @@ pub(crate) use x86::Avx2;
 #[cfg(not(target_arch = "x86_64"))]
 mod absent {
     use crate::ray::{Hit, Ray};
-    use crate::traverse::{Keep, Scene};
+    use crate::traverse::{Keep, Scene, TreeRay};
 
     /// Kernels that this processor family does not have: no value exists.
     #[derive(Clone, Copy, Debug)]
@@ -23,11 +23,26 @@ mod absent {
             None
         }
 
-        pub(crate) fn closest(self, _: Scene<'_>, _: &Ray, _: impl Keep) -> Option<Hit> {
+        pub(crate) fn coherent(self) -> Self {
             match self {}
         }
 
-        pub(crate) fn occluded(self, _: Scene<'_>, _: &Ray, _: impl Keep) -> bool {
+        pub(crate) fn closest(
+            self,
+            _: Scene<'_>,
+            _: (&Ray, impl FnOnce() -> TreeRay),
+            _: impl Keep,
+        ) -> Option<Hit> {
+            match self {}
+        }
+
+        pub(crate) fn occluded(
+            self,
+            _: Scene<'_>,
+            _: &Ray,
+            _: impl FnOnce() -> TreeRay,
+            _: impl Keep,
+        ) -> bool {
             match self {}
         }
     }

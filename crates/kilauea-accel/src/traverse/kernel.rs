@@ -1,5 +1,6 @@
 use super::stack::{Links, Storage};
 use super::tree_ray::TreeRay;
+use super::triangle;
 use crate::node::{Node8, PairLeaf};
 
 /// A number for each lane of a node or leaf.
@@ -39,6 +40,8 @@ pub(crate) trait Kernel: Copy {
     type NodeRay: Copy;
     /// The ray spread over eight lanes, sheared.
     type LeafRay: Copy;
+    /// Whether rays go much like those before them.
+    const COHERENT: bool;
     /// What the stack is kept in.
     type Storage: Storage;
     /// What the stack of a walk in no order is kept in.
@@ -54,7 +57,7 @@ pub(crate) trait Kernel: Copy {
     /// (never later than the true entry).
     fn slabs(self, ray: &Self::NodeRay, limit: f32, node: &Node8) -> (u32, Lanes);
 
-    /// The triangles that the line may meet within `limit`; [`super::triangle::intersect`] decides
+    /// The triangles that the line may meet within `limit`; [`Self::position`] decides
     /// on those that are not certain, and finds where. Writes `distances` if any is certain.
     fn candidates(
         self,
@@ -63,6 +66,19 @@ pub(crate) trait Kernel: Copy {
         leaf: &PairLeaf,
         distances: &mut Distances,
     ) -> Candidates;
+
+    /// Where the ray meets the triangle of a lane, as [`triangle::intersect`] finds it.
+    #[inline(always)]
+    fn position(self, ray: &TreeRay, leaf: &PairLeaf, lane: usize) -> Option<[f32; 3]> {
+        triangle::intersect(&leaf.lane(lane), ray)
+    }
+
+    /// The lowest lane of a mask. `PREDICTED` is whether the processor should go on with a guess
+    /// before it has the mask.
+    #[inline(always)]
+    fn first_lane<const PREDICTED: bool>(self, mask: u32) -> usize {
+        (mask.trailing_zeros() & 7) as usize
+    }
 
     /// The item that a link of the tree names.
     fn item<T>(self, items: &[T], link: u32) -> &T;

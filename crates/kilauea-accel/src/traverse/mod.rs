@@ -41,19 +41,31 @@ impl Isa {
         }
     }
 
+    /// `COHERENT` is whether the rays go much like those before them.
     #[inline(always)]
-    pub(crate) fn closest(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
+    pub(crate) fn closest<const COHERENT: bool>(
+        self,
+        scene: Scene<'_>,
+        rays: (&Ray, impl FnOnce() -> TreeRay),
+        keep: impl Keep,
+    ) -> Option<Hit> {
         match self {
-            Self::Avx2(avx2) => avx2.closest(scene, ray, keep),
-            Self::Portable(portable) => portable.closest(scene, ray, keep),
+            Self::Avx2(avx2) if COHERENT => avx2.coherent().closest(scene, rays, keep),
+            Self::Avx2(avx2) => avx2.closest(scene, rays, keep),
+            Self::Portable(portable) => portable.closest(scene, rays, keep),
         }
     }
 
     #[inline(always)]
-    pub(crate) fn occluded(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
+    pub(crate) fn occluded(
+        self,
+        scene: Scene<'_>,
+        rays: (&Ray, impl FnOnce() -> TreeRay),
+        keep: impl Keep,
+    ) -> bool {
         match self {
-            Self::Avx2(avx2) => avx2.occluded(scene, ray, keep),
-            Self::Portable(portable) => portable.occluded(scene, ray, keep),
+            Self::Avx2(avx2) => avx2.occluded(scene, rays, keep),
+            Self::Portable(portable) => portable.occluded(scene, rays, keep),
         }
     }
 }

@@ -3,7 +3,8 @@
 use super::keep::Keep;
 use super::kernel::{Candidates, Distances, Kernel, Lanes};
 use super::stack::Entry;
-use super::tree_ray::TreeRay;
+use super::tree_ray::{SLAB_SLACK, TreeRay};
+use super::triangle::Shear;
 use super::two_level::{self, Scene};
 use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
@@ -13,30 +14,60 @@ use crate::ray::{Hit, Ray};
 pub(crate) struct Portable;
 
 impl Portable {
-    pub(crate) fn closest(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
-        two_level::closest(self, scene, ray, keep)
+    pub(crate) fn closest(
+        self,
+        scene: Scene<'_>,
+        rays: (&Ray, impl FnOnce() -> TreeRay),
+        keep: impl Keep,
+    ) -> Option<Hit> {
+        two_level::closest(self, scene, rays, keep)
     }
 
-    pub(crate) fn occluded(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
-        two_level::occluded(self, scene, ray, keep)
+    pub(crate) fn occluded(
+        self,
+        scene: Scene<'_>,
+        rays: (&Ray, impl FnOnce() -> TreeRay),
+        keep: impl Keep,
+    ) -> bool {
+        two_level::occluded(self, scene, rays, keep)
     }
 }
 
+/// See [`Kernel::NodeRay`].
+#[derive(Clone, Copy)]
+pub(crate) struct NodeRay {
+    origin: [f32; 3],
+    near_rcp: [f32; 3],
+    far_rcp: [f32; 3],
+    /// Row of the plane that the ray meets first, by axis; the last is this with bit 0 flipped.
+    near_plane: [usize; 3],
+    t_min: f32,
+}
+
 impl Kernel for Portable {
-    type NodeRay = TreeRay;
-    type LeafRay = TreeRay;
+    const COHERENT: bool = false;
+    type NodeRay = NodeRay;
+    type LeafRay = Shear;
     type Storage = [Entry; STACK_CAPACITY];
     type Links = [u32; STACK_CAPACITY];
 
-    fn node_ray(self, ray: &TreeRay) -> TreeRay {
-        *ray
+    fn node_ray(self, ray: &TreeRay) -> NodeRay {
+        let rcp = ray.rcp();
+        let near_plane = |axis: usize| 2 * axis + usize::from(ray.dir[axis].is_sign_negative());
+        NodeRay {
+            origin: ray.origin.to_array(),
+            near_rcp: (rcp * (1.0 - SLAB_SLACK)).to_array(),
+            far_rcp: (rcp * (1.0 + SLAB_SLACK)).to_array(),
+            near_plane: [near_plane(0), near_plane(1), near_plane(2)],
+            t_min: ray.t_min,
+        }
     }
 
-    fn leaf_ray(self, ray: &TreeRay) -> TreeRay {
-        *ray
+    fn leaf_ray(self, ray: &TreeRay) -> Shear {
+        Shear::of(ray)
     }
 
-    fn slabs(self, ray: &TreeRay, limit: f32, node: &Node8) -> (u32, Lanes) {
+    fn slabs(self, ray: &NodeRay, limit: f32, node: &Node8) -> (u32, Lanes) {
         let mut near = [ray.t_min; 8];
         let mut far = [limit; 8];
         for axis in 0..3 {
@@ -58,7 +89,7 @@ impl Kernel for Portable {
     /// Leaves all that is not plainly outside to the exact test.
     fn candidates(
         self,
-        ray: &TreeRay,
+        ray: &Shear,
         _limit: f32,
         leaf: &PairLeaf,
         _distances: &mut Distances,
@@ -68,7 +99,7 @@ impl Kernel for Portable {
             let rows = if lane < 4 { [0, 1, 2] } else { [0, 2, 3] };
             let [a, b, c] = rows.map(|row| {
                 let p = [0, 1, 2].map(|axis| leaf.corners[axis][row][lane & 3]);
-                ray.sheared(p)
+                ray.of_point(p)
             });
             let edges = [
                 c[0] * b[1] - c[1] * b[0],

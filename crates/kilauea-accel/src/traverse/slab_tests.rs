@@ -86,7 +86,10 @@ fn hits<T: Into<f64>>(node: &Node8, ray: &Ray, distance: impl Fn(f32, usize, boo
 }
 
 fn by_kernel(kernel: impl Kernel, node: &Node8, ray: &Ray) -> u32 {
-    let node_ray = kernel.node_ray(&TreeRay::world(ray));
+    let node_ray = kernel.node_ray(&TreeRay::world(
+        (ray.origin.into(), ray.dir.into()),
+        ray.t_min,
+    ));
     kernel.slabs(&node_ray, f32::INFINITY, node).0
 }
 

@@ -4,7 +4,6 @@ use super::keep::Keep;
 use super::kernel::{Distances, Kernel};
 use super::search::Search;
 use super::tree_ray::TreeRay;
-use super::triangle;
 use super::walk::{Visitor, walk};
 use crate::node::Tree;
 
@@ -23,8 +22,9 @@ struct TreeLeaves<'a, K: Kernel, F, const ANY: bool> {
     nearest: f32,
     /// ... nor beyond this.
     limit: f32,
-    /// Of the certain hits of a leaf; kept here so that it is made once.
-    distances: Distances,
+    /// Of the certain hits of a leaf. Lanes are looked up by number, which would keep all that is
+    /// stored beside them from staying in registers.
+    distances: &'a mut Distances,
     /// Leaf and lane of the best hit, while its position is not known.
     pending: Option<(u32, usize)>,
     search: &'a mut Search<F>,
@@ -37,6 +37,7 @@ impl<'a, K: Kernel, F: Keep, const ANY: bool> TreeLeaves<'a, K, F, ANY> {
         tree: &'a Tree,
         ray: &'a TreeRay,
         id_base: u32,
+        distances: &'a mut Distances,
         search: &'a mut Search<F>,
     ) -> Self {
         let (nearest, limit) = ray.distance_bounds(search.best.t);
@@ -48,7 +49,7 @@ impl<'a, K: Kernel, F: Keep, const ANY: bool> TreeLeaves<'a, K, F, ANY> {
             id_base,
             nearest,
             limit,
-            distances: Distances::NONE,
+            distances,
             pending: None,
             search,
         }
@@ -58,7 +59,9 @@ impl<'a, K: Kernel, F: Keep, const ANY: bool> TreeLeaves<'a, K, F, ANY> {
     #[inline(always)]
     fn offer(&mut self, leaf: u32, lane: usize) -> bool {
         let leaf = self.kernel.item(&self.tree.leaves, leaf);
-        let wins = triangle::intersect(&leaf.lane(lane), self.ray)
+        let wins = self
+            .kernel
+            .position(self.ray, leaf, lane)
             .is_some_and(|place| self.search.offer(leaf.hit(lane, place, self.id_base)));
         if wins {
             (self.nearest, self.limit) = self.ray.distance_bounds(self.search.best.t);
@@ -85,9 +88,9 @@ impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K, F, ANY> 
     #[inline(always)]
     fn visit(&mut self, leaf: u32) -> bool {
         let block = self.kernel.item(&self.tree.leaves, leaf);
-        let candidates =
-            self.kernel
-                .candidates(&self.leaf_ray, self.limit, block, &mut self.distances);
+        let candidates = self
+            .kernel
+            .candidates(&self.leaf_ray, self.limit, block, self.distances);
         if ANY && F::ALL && candidates.certain != 0 {
             return true;
         }
@@ -125,7 +128,9 @@ pub(crate) fn visit_tree<K: Kernel, F: Keep, const ANY: bool>(
     id_base: u32,
     search: &mut Search<F>,
 ) -> bool {
-    let mut visitor = TreeLeaves::<_, _, ANY>::new(kernel, tree, ray, id_base, search);
+    let mut distances = Distances::NONE;
+    let mut visitor =
+        TreeLeaves::<_, _, ANY>::new(kernel, tree, ray, id_base, &mut distances, search);
     let nodes = (&tree.nodes[..], 0.0);
     let is_found = walk::<_, _, ANY>(kernel, nodes, &kernel.node_ray(ray), &mut visitor);
     if !ANY {

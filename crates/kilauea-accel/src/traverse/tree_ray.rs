@@ -1,5 +1,5 @@
 use crate::ray::{Ray, power_of_two_below_reciprocal};
-use kilauea_math::{Bounds3, DAffine3, DVec3, Vec3};
+use kilauea_math::{Bounds3, DAffine3, DVec3, Vec3A};
 
 /// More than the rounding of a distance to `f32`, relative to it.
 const ULP: f64 = f32::EPSILON as f64;
@@ -43,18 +43,11 @@ impl Ball {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TreeRay {
     /// Moved origin.
-    pub(crate) origin: [f32; 3],
-    /// Reciprocal direction a little too small: distances to near planes come out too near.
-    pub(crate) near_rcp: [f32; 3],
-    /// Reciprocal direction a little too large.
-    pub(crate) far_rcp: [f32; 3],
-    /// Row of `Node8::planes` that the ray meets first, by axis; the last is this with bit 0
-    /// flipped.
-    pub(crate) near_plane: [usize; 3],
-    /// The axes in cyclic order, that of the largest direction component last.
-    pub(crate) axes: [usize; 3],
-    /// Shear that takes the direction to the last axis (Woop et al. 2013).
-    pub(crate) shear: [f32; 2],
+    pub(crate) origin: Vec3A,
+    /// Direction, by whose length distances in the tree count.
+    pub(crate) dir: Vec3A,
+    /// Axis of the largest component of the direction.
+    pub(crate) largest_axis: usize,
     /// Least distance in the tree.
     pub(crate) t_min: f32,
     /// How far the origin was moved.
@@ -67,16 +60,24 @@ pub(crate) struct TreeRay {
     pub(crate) rounded_size: f32,
     /// Origin, not moved.
     pub(crate) origin_f64: [f64; 3],
-    /// Direction.
+    /// Direction as the ray has it.
     pub(crate) dir_f64: [f64; 3],
 }
 
+/// By how much, relative to distances, the box test lets near planes come out too near and far ones
+/// too far: three roundings for the test itself (Ize 2013), and three for what the shear of the
+/// triangle test may move a corner, so that no box is passed by a line that meets its triangle.
+pub(crate) const SLAB_SLACK: f32 = 6.0 * f32::EPSILON;
+
+/// The axes in cyclic order, by the last of them; padded so that no index needs a check.
+const AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
+
 impl TreeRay {
-    /// A ray in engine space.
+    /// A ray in engine space, with the origin and direction of `line`.
     #[inline(always)]
-    pub(crate) fn world(ray: &Ray) -> Self {
-        let ends = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
-        Self::with_rounded(ray.origin, ray.dir, ends, ray.t_min, 0.0)
+    pub(crate) fn world((origin, dir): (Vec3A, Vec3A), t_min: f32) -> Self {
+        let ends = (origin.as_dvec3(), dir.as_dvec3());
+        Self::with_rounded(origin, dir, ends, t_min, 0.0)
     }
 
     /// The ray in the space of a placed tree within `ball`, moved to where it enters that.
@@ -84,6 +85,12 @@ impl TreeRay {
     pub(crate) fn transformed(geometry_from_world: &DAffine3, ray: &Ray, ball: &Ball) -> Self {
         let origin = geometry_from_world.transform_point3(ray.origin.as_dvec3());
         let dir = geometry_from_world.transform_vector3(ray.dir.as_dvec3());
+        Self::moved(origin, dir, ray.t_min, ball.entry(origin, dir))
+    }
+
+    /// A ray in engine space, moved to where it enters `ball`.
+    pub(crate) fn entering(ray: &Ray, ball: &Ball) -> Self {
+        let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
         Self::moved(origin, dir, ray.t_min, ball.entry(origin, dir))
     }
 
@@ -97,10 +104,10 @@ impl TreeRay {
         const OF_THE_WAY: f64 = 1.0 / 64.0;
         let dir_largest = dir.abs().max_element();
         let dir_scale = power_of_two_below_reciprocal(dir_largest);
-        let moved = (origin + dir * t_start).as_vec3();
+        let moved = (origin + dir * t_start).as_vec3a();
         let rounded_size = moved.abs().max_element() + (OF_THE_WAY * t_start * dir_largest) as f32;
         let t_min = (f64::from(t_min) * (1.0 - ULP) - t_start) * ((1.0 - ULP) / dir_scale);
-        let scaled_dir = (dir * dir_scale).as_vec3();
+        let scaled_dir = (dir * dir_scale).as_vec3a();
         let ends = (origin, dir);
         Self {
             t_start,
@@ -111,38 +118,20 @@ impl TreeRay {
 
     #[inline(always)]
     fn with_rounded(
-        moved: Vec3,
-        d: Vec3,
+        moved: Vec3A,
+        scaled_dir: Vec3A,
         (origin, dir): (DVec3, DVec3),
         t_min: f32,
         rounded_size: f32,
     ) -> Self {
-        /// Three for the box test itself (Ize 2013), and three for what the shear of the triangle
-        /// test may move a corner, so that no box is passed by a line that meets its triangle.
-        const SLACK: f32 = 6.0 * f32::EPSILON;
-        let size = d.abs();
+        let size = scaled_dir.abs();
         // Without branches: no processor guesses the largest component of scattered directions.
         let is_x = usize::from(size.x > size.y) & usize::from(size.x > size.z);
         let is_y = (1 - is_x) & usize::from(size.y > size.z);
-        let kz = 2 - 2 * is_x - is_y;
-        let axes = [[1, 2, 0][kz], [2, 0, 1][kz], kz];
-        let d_array = d.to_array();
-        let rcp_largest = 1.0 / d_array[axes[2]];
-        let rcp = size.max(Vec3::splat(1e-18)).copysign(d).recip();
         Self {
-            origin: moved.to_array(),
-            near_rcp: (rcp * (1.0 - SLACK)).to_array(),
-            far_rcp: (rcp * (1.0 + SLACK)).to_array(),
-            near_plane: [
-                usize::from(d.x.is_sign_negative()),
-                2 + usize::from(d.y.is_sign_negative()),
-                4 + usize::from(d.z.is_sign_negative()),
-            ],
-            axes,
-            shear: [
-                d_array[axes[0]] * rcp_largest,
-                d_array[axes[1]] * rcp_largest,
-            ],
+            origin: moved,
+            dir: scaled_dir,
+            largest_axis: 2 - 2 * is_x - is_y,
             t_min: t_min.max(0.0),
             t_start: 0.0,
             t_scale: 1.0,
@@ -150,6 +139,19 @@ impl TreeRay {
             origin_f64: origin.to_array(),
             dir_f64: dir.to_array(),
         }
+    }
+
+    /// Reciprocal of the direction, of no more than 1e18.
+    #[inline(always)]
+    pub(crate) fn rcp(&self) -> Vec3A {
+        let size = self.dir.abs().max(Vec3A::splat(1e-18));
+        size.copysign(self.dir).recip()
+    }
+
+    /// The axes in cyclic order, that of the largest direction component last.
+    #[inline(always)]
+    pub(crate) fn axes(&self) -> [usize; 3] {
+        AXES[self.largest_axis & 3]
     }
 
     /// A distance of the whole ray in the tree: bounds from below and above.
@@ -161,22 +163,5 @@ impl TreeRay {
             ((t * below - self.t_start) * (below * self.t_scale)) as f32,
             ((t * above - self.t_start) * (above * self.t_scale)) as f32,
         )
-    }
-
-    /// The largest component of the direction, with its sign, by which distances in the tree count.
-    #[inline(always)]
-    pub(crate) fn dir_largest(&self) -> f32 {
-        (self.dir_f64[self.axes[2]] / self.t_scale) as f32
-    }
-
-    /// A point in the plane across the ray, in the arithmetic that all kernels share.
-    #[inline(always)]
-    pub(crate) fn sheared(&self, p: [f32; 3]) -> [f32; 2] {
-        let [kx, ky, kz] = self.axes;
-        let along = p[kz] - self.origin[kz];
-        [
-            (p[kx] - self.origin[kx]) - self.shear[0] * along,
-            (p[ky] - self.origin[ky]) - self.shear[1] * along,
-        ]
     }
 }

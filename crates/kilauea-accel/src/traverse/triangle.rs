@@ -1,6 +1,34 @@
 use super::tree_ray::TreeRay;
 use crate::node::LeafTriangle;
 
+/// The shear that takes a ray's direction to its largest axis (Woop et al. 2013), in the arithmetic
+/// that all kernels share.
+#[derive(Clone, Copy)]
+pub(crate) struct Shear {
+    origin: [f32; 3],
+    axes: [usize; 3],
+    factors: [f32; 2],
+}
+
+impl Shear {
+    pub(crate) fn of(ray: &TreeRay) -> Self {
+        let axes = ray.axes();
+        let [x, y, z] = axes.map(|axis| ray.dir[axis]);
+        let rcp_largest = 1.0 / z;
+        Self {
+            origin: axes.map(|axis| ray.origin[axis]),
+            axes,
+            factors: [x * rcp_largest, y * rcp_largest],
+        }
+    }
+
+    /// A point in the plane across the ray.
+    pub(crate) fn of_point(&self, p: [f32; 3]) -> [f32; 2] {
+        let [x, y, along] = [0, 1, 2].map(|i| p[self.axes[i]] - self.origin[i]);
+        [x - self.factors[0] * along, y - self.factors[1] * along]
+    }
+}
+
 /// Distance and weights of the second and third corner where the ray's line meets a triangle that
 /// [`super::kernel::Kernel::candidates`] named; `None` if the line passes by or lies
 /// in the plane.
@@ -11,38 +39,47 @@ use crate::node::LeafTriangle;
 /// where it is outside, it is that of the nearest point of the edges.
 #[inline(always)]
 pub(crate) fn intersect(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> Option<[f32; 3]> {
-    let [kx, ky, kz] = ray.axes;
-    let rcp_largest = 1.0 / ray.dir_f64[kz];
-    let shear = [ray.dir_f64[kx] * rcp_largest, ray.dir_f64[ky] * rcp_largest];
-    let (a, a_along) = sheared_f64(triangle, 0, ray, shear);
-    let (b, b_along) = sheared_f64(triangle, 1, ray, shear);
-    let (c, c_along) = sheared_f64(triangle, 2, ray, shear);
+    let [kx, ky, kz] = ray.axes();
+    let dir = [ray.dir_f64[kx], ray.dir_f64[ky], ray.dir_f64[kz]];
+    let (a, a_along) = sheared_f64(triangle, 0, ray, dir);
+    let (b, b_along) = sheared_f64(triangle, 1, ray, dir);
+    let (c, c_along) = sheared_f64(triangle, 2, ray, dir);
     let mut weights = edge_functions(a, b, c);
     let least = weights[0].min(weights[1]).min(weights[2]);
     let most = weights[0].max(weights[1]).max(weights[2]);
     if least <= 0.0 && most >= 0.0 {
         let along = [a_along, b_along, c_along];
-        if is_left_behind(weights, along, rcp_largest) || !is_decided_inside(triangle, ray) {
+        if is_left_behind(weights, along, dir[2]) || !is_decided_inside(triangle, ray) {
             return None;
         }
         weights = nearest_on_edges([a, b, c]);
     }
-    let [wa, wb, wc] = weights;
-    let scale = 1.0 / (wa + wb + wc);
-    let along = (wa * a_along + wb * b_along + wc * c_along) * scale;
-    Some([
-        (along * rcp_largest) as f32,
-        (wb * scale) as f32,
-        (wc * scale) as f32,
-    ])
+    let along = [
+        weights[0] * a_along,
+        weights[1] * b_along,
+        weights[2] * c_along,
+    ];
+    Some(weighted_mean(weights, along, dir[2]))
+}
+
+/// Distance and the last two weights of a mean, by weights of any sum and distances along the largest
+/// axis times them.
+#[inline(always)]
+pub(crate) fn weighted_mean(weights: [f64; 3], along: [f64; 3], dir_largest: f64) -> [f32; 3] {
+    let scale = 1.0 / ((weights[0] + weights[1] + weights[2]) * dir_largest);
+    [
+        ((along[0] + along[1] + along[2]) * scale) as f32,
+        (weights[1] * dir_largest * scale) as f32,
+        (weights[2] * dir_largest * scale) as f32,
+    ]
 }
 
 /// Whether the line meets the triangle's plane near the triangle but before its origin: a ray that
 /// left the triangle just beside an edge. The point of the triangle nearest to the line, which is
 /// what a hit at the border gets, may lie ahead all the same.
 #[cold]
-fn is_left_behind(weights: [f64; 3], along: [f64; 3], rcp_largest: f64) -> bool {
-    let t_corners = along.map(|along| along * rcp_largest);
+fn is_left_behind(weights: [f64; 3], along: [f64; 3], dir_largest: f64) -> bool {
+    let t_corners = along.map(|along| along / dir_largest);
     let t_least = t_corners[0].min(t_corners[1]).min(t_corners[2]);
     let weighted = |i: usize| weights[i] * t_corners[i];
     let t = (weighted(0) + weighted(1) + weighted(2)) / (weights[0] + weights[1] + weights[2]);
@@ -54,9 +91,10 @@ fn is_left_behind(weights: [f64; 3], along: [f64; 3], rcp_largest: f64) -> bool 
 #[cold]
 fn is_decided_inside(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> bool {
     // Products of `f32` are exact in `f64`: where the kernel found zero, this finds the sign.
+    let shear = Shear::of(ray);
     let [a, b, c] = triangle
         .corners()
-        .map(|corner| ray.sheared(corner).map(f64::from));
+        .map(|corner| shear.of_point(corner).map(f64::from));
     let decisive = edge_functions(a, b, c);
     let inside = decisive.iter().all(|&w| w >= 0.0) || decisive.iter().all(|&w| w <= 0.0);
     inside && decisive != [0.0; 3]
@@ -84,19 +122,21 @@ fn nearest_on_edges(corners: [[f64; 2]; 3]) -> [f64; 3] {
     nearest.1
 }
 
-/// A corner in the plane across the ray from its true origin, and how far along the last axis.
+/// A corner in the plane across the ray from its true origin, times the last component of `dir`,
+/// which is sheared; and how far along the last axis.
 #[inline(always)]
 fn sheared_f64(
     triangle: &LeafTriangle<'_>,
     corner: usize,
     ray: &TreeRay,
-    shear: [f64; 2],
+    dir: [f64; 3],
 ) -> ([f64; 2], f64) {
-    let [kx, ky, kz] = ray.axes;
+    let [kx, ky, kz] = ray.axes();
     let x = f64::from(triangle.coordinate(corner, kx)) - ray.origin_f64[kx];
     let y = f64::from(triangle.coordinate(corner, ky)) - ray.origin_f64[ky];
     let along = f64::from(triangle.coordinate(corner, kz)) - ray.origin_f64[kz];
-    ([x - shear[0] * along, y - shear[1] * along], along)
+    let sheared = [x * dir[2] - dir[0] * along, y * dir[2] - dir[1] * along];
+    (sheared, along)
 }
 
 /// Twice the signed areas that the origin spans with the edges opposite to each corner.

@@ -55,23 +55,30 @@ impl Instance {
     }
 }
 
-/// The first hit in the order of [`Hit::wins_over`] that `keep` accepts.
+/// The first hit in the order of [`Hit::wins_over`] that `keep` accepts. `tree_ray` makes
+/// the form of the ray that trees are asked with.
 #[inline(always)]
 pub(crate) fn closest<K: Kernel>(
     kernel: K,
     scene: Scene<'_>,
-    ray: &Ray,
+    (ray, tree_ray): (&Ray, impl FnOnce() -> TreeRay),
     keep: impl Keep,
 ) -> Option<Hit> {
     let mut search = Search::new(ray, keep);
-    visit::<_, _, false>(kernel, scene, ray, &mut search);
+    visit::<_, _, false>(kernel, scene, (ray, &tree_ray()), &mut search);
     (search.best.primitive != u32::MAX).then_some(search.best)
 }
 
 /// Whether `keep` accepts any hit.
 #[inline(always)]
-pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
-    visit::<_, _, true>(kernel, scene, ray, &mut Search::new(ray, keep))
+pub(crate) fn occluded<K: Kernel>(
+    kernel: K,
+    scene: Scene<'_>,
+    (ray, tree_ray): (&Ray, impl FnOnce() -> TreeRay),
+    keep: impl Keep,
+) -> bool {
+    let search = &mut Search::new(ray, keep);
+    visit::<_, _, true>(kernel, scene, (ray, &tree_ray()), search)
 }
 
 /// Searches all trees; true where `ANY` hit was asked for and found.
@@ -79,12 +86,11 @@ pub(crate) fn occluded<K: Kernel>(kernel: K, scene: Scene<'_>, ray: &Ray, keep: 
 fn visit<K: Kernel, F: Keep, const ANY: bool>(
     kernel: K,
     scene: Scene<'_>,
-    ray: &Ray,
+    (ray, world_ray): (&Ray, &TreeRay),
     search: &mut Search<F>,
 ) -> bool {
-    let world_ray = TreeRay::world(ray);
     match scene {
-        Scene::Single(tree) => visit_tree::<_, _, ANY>(kernel, tree, &world_ray, 0, search),
+        Scene::Single(tree) => visit_tree::<_, _, ANY>(kernel, tree, world_ray, 0, search),
         Scene::Instanced {
             top,
             instances,
@@ -95,10 +101,10 @@ fn visit<K: Kernel, F: Keep, const ANY: bool>(
                 instances,
                 trees,
                 ray,
-                world_ray: &world_ray,
+                world_ray,
                 search,
             };
-            let node_ray = kernel.node_ray(&world_ray);
+            let node_ray = kernel.node_ray(world_ray);
             walk::<_, _, ANY>(kernel, (top, 0.0), &node_ray, &mut visitor)
         }
         Scene::General {
@@ -113,10 +119,10 @@ fn visit<K: Kernel, F: Keep, const ANY: bool>(
                 parts,
                 forest,
                 ray,
-                world_ray: &world_ray,
+                world_ray,
                 search,
             };
-            let node_ray = kernel.node_ray(&world_ray);
+            let node_ray = kernel.node_ray(world_ray);
             walk::<_, _, ANY>(kernel, (top, 0.0), &node_ray, &mut visitor)
         }
     }

@@ -37,6 +37,12 @@ pub struct Interaction<'a> {
 }
 
 impl Interaction<'_> {
+    /// Whether the point and its directions are numbers.
+    pub fn is_finite(&self) -> bool {
+        let s = &self.surface;
+        [s.p, s.ng, s.ns, s.wo].iter().all(|v| v.is_finite()) && s.barycentrics.is_finite()
+    }
+
     /// A ray from here in the unit direction `dir`, that does not meet the primitive it leaves.
     #[inline]
     pub fn spawn_ray(&self, dir: Vec3, t_max: f32, visibility: Visibility) -> Ray {

@@ -5,6 +5,7 @@ mod curve;
 mod flatten;
 mod interaction;
 pub(crate) mod keys;
+mod left_out;
 mod locate;
 mod placed;
 mod shape_point;
@@ -13,7 +14,7 @@ mod triangle;
 
 use std::sync::Arc;
 
-use kilauea_accel::{Accel, BuildOptions, Quality};
+use kilauea_accel::{Accel, BuildOptions};
 use kilauea_math::Vec3;
 use kilauea_scene::{InstanceAttribute, MeshChunk, Scene, Visibility};
 use kilauea_shading::{PrimvarSlot, Surface};
@@ -21,10 +22,12 @@ use kilauea_texture::TextureStore;
 use shaders::Shader;
 
 use crate::RenderError;
+use crate::prepared::PrepareOptions;
 use accel_input::accel_geometry;
 use flatten::{Flattened, flatten};
 pub(crate) use interaction::Interaction;
 pub use interaction::View;
+use left_out::LeftOut;
 use locate::Chunk;
 pub(crate) use locate::PrimitiveRef;
 use locate::PrototypeIndex;
@@ -34,6 +37,7 @@ use placed::Placed;
 pub struct Geometry {
     scene: Arc<Scene>,
     accel: Accel,
+    left_out: LeftOut,
     shaders: Vec<Shader>,
     placements: Vec<Placed>,
     /// By prototype.
@@ -44,9 +48,8 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Flattens the prototype graph, compiles the shaders and builds the tree, at the quality that
-    /// pays for `n_camera_samples`.
-    pub fn build(scene: Arc<Scene>, n_camera_samples: u64) -> Result<Self, RenderError> {
+    /// Flattens the prototype graph, compiles the shaders and builds the tree.
+    pub fn build(scene: Arc<Scene>, options: &PrepareOptions) -> Result<Self, RenderError> {
         let shaders: Vec<Shader> = scene
             .materials
             .iter()
@@ -59,14 +62,16 @@ impl Geometry {
             n_instances,
         } = flatten(&scene, &shaders);
         let geometries: Vec<_> = scene.prototypes.iter().map(accel_geometry).collect();
-        let options = BuildOptions {
-            quality: tree_quality(&scene, n_camera_samples),
+        let build_options = BuildOptions {
+            specialize: options.specialize_rays,
             ..BuildOptions::default()
         };
-        let accel = Accel::build(&geometries, &accel_placements, &options);
+        let accel = Accel::build(&geometries, &accel_placements, &build_options);
+        let left_out = LeftOut::of(&accel, &geometries, &placements, &scene);
         drop(geometries);
         Ok(Self {
             accel,
+            left_out,
             shaders,
             placements,
             prototypes: scene.prototypes.iter().map(PrototypeIndex::new).collect(),
@@ -79,6 +84,11 @@ impl Geometry {
     /// The acceleration structure.
     pub fn accel(&self) -> &Accel {
         &self.accel
+    }
+
+    /// What the tree leaves out, in a line that names prims; none where it has everything.
+    pub fn left_out(&self) -> Option<String> {
+        self.left_out.line(&self.scene)
     }
 
     /// Shaders by material.
@@ -119,15 +129,21 @@ impl Geometry {
         (prim_idx as i32, instance_id)
     }
 
+    /// The material of a primitive.
+    #[inline]
+    pub fn material(&self, at: PrimitiveRef) -> u32 {
+        self.chunk(at).material()
+    }
+
     /// The shader of a primitive.
     #[inline]
     pub fn shader(&self, at: PrimitiveRef) -> &Shader {
-        &self.shaders[self.chunk(at).material() as usize]
+        &self.shaders[self.material(at) as usize]
     }
 
     /// Path of a primitive's material.
     pub fn material_path(&self, at: PrimitiveRef) -> &str {
-        &self.scene.materials[self.chunk(at).material() as usize].path
+        &self.scene.materials[self.material(at) as usize].path
     }
 
     /// Corner points of a triangle in engine space, in the chunk's winding, as the shutter opens.
@@ -169,6 +185,7 @@ impl Geometry {
                 primvars: &self.slots[(placed.first_slots + at.chunk) as usize],
                 instance_primvars,
                 instance_index,
+                outside_ior: 1.0,
                 footprint: view.footprint,
                 textures,
             },
@@ -188,16 +205,5 @@ impl Geometry {
                 (&group.attributes, index)
             }
         }
-    }
-}
-
-/// The better tree takes some 15 µs a triangle longer to build, and spares some 0.2 µs of the rays
-/// of a camera sample.
-fn tree_quality(scene: &Scene, n_camera_samples: u64) -> Quality {
-    let n_primitives: u64 = scene.prototypes.iter().map(locate::n_primitives).sum();
-    if n_primitives.saturating_mul(75) <= n_camera_samples {
-        Quality::Final
-    } else {
-        Quality::Preview
     }
 }

@@ -1,5 +1,7 @@
 //! Which material's shader panicked.
 
+use std::future::poll_fn;
+use std::pin::Pin;
 use std::sync::OnceLock;
 
 use crate::geometry::{Geometry, PrimitiveRef};
@@ -26,6 +28,20 @@ impl Blame {
             geometry,
             at,
         }
+    }
+
+    /// Awaits the code of the shader at `at`, which runs only while it is polled.
+    #[inline]
+    pub(super) fn watch<F: Future>(
+        &self,
+        geometry: &Geometry,
+        at: PrimitiveRef,
+        mut shade: Pin<&mut F>,
+    ) -> impl Future<Output = F::Output> {
+        poll_fn(move |task| {
+            let _shading = self.shading(geometry, at);
+            shade.as_mut().poll(task)
+        })
     }
 
     /// Path of the material whose shader panicked.

@@ -1,12 +1,21 @@
 //! Algorithms that turn a camera ray into radiance.
 
 mod blame;
+mod camera_media;
+mod cone;
+mod fault;
+mod media;
 mod path;
 mod question;
 mod rays;
+mod shade;
 mod throughput;
+mod walk;
 
 pub(crate) use blame::Blame;
+pub(crate) use camera_media::media_around;
+pub(crate) use fault::{Fault, Faults, FirstFault, SampleId, Step, Unwatched};
+pub(crate) use media::{Air, Media, MediumStack};
 pub(crate) use path::{PathIntegrator, RayCounts};
 pub(crate) use question::{Answer, Question};
 pub(crate) use rays::RayTracer;

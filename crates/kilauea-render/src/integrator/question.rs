@@ -4,13 +4,19 @@ use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_math::Vec3;
 use kilauea_spot::{Wire, WireError};
 
+use crate::sampler::Sampler;
+
 /// A ray. `key` decides at surfaces that let some rays pass; 0 where there are none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Question {
     /// What does it hit first?
     Closest { ray: Ray, key: u32 },
-    /// Does it hit anything?
-    Occluded { ray: Ray, key: u32 },
+    /// Does it hit anything? Boundaries of media below a priority do not count.
+    Occluded {
+        ray: Ray,
+        key: u32,
+        least_priority: i8,
+    },
 }
 
 /// The answer to a [`Question`] of the same kind.
@@ -18,6 +24,41 @@ pub(crate) enum Question {
 pub(crate) enum Answer {
     Closest(Option<Hit>),
     Occluded(bool),
+}
+
+impl Question {
+    /// Asks what a ray hits first that reaches the vertex after `depth` events.
+    #[inline]
+    pub(super) fn closest<const CUTOUTS: bool>(
+        ray: &Ray,
+        sampler: &Sampler<'_>,
+        depth: u32,
+    ) -> Self {
+        Self::Closest {
+            ray: *ray,
+            key: if CUTOUTS { sampler.key(2 * depth) } else { 0 },
+        }
+    }
+
+    /// Asks whether anything is between the vertex after `depth` events, in a medium of
+    /// `least_priority`, and a light.
+    #[inline]
+    pub(super) fn occluded<const CUTOUTS: bool>(
+        ray: &Ray,
+        least_priority: i8,
+        sampler: &Sampler<'_>,
+        depth: u32,
+    ) -> Self {
+        Self::Occluded {
+            ray: *ray,
+            key: if CUTOUTS {
+                sampler.key(2 * depth + 1)
+            } else {
+                0
+            },
+            least_priority,
+        }
+    }
 }
 
 impl Answer {
@@ -53,7 +94,7 @@ impl Wire for Question {
     fn encode(&self, bytes: &mut Vec<u8>) {
         let (kind, ray, key) = match self {
             Self::Closest { ray, key } => (CLOSEST, ray, key),
-            Self::Occluded { ray, key } => (OCCLUDED, ray, key),
+            Self::Occluded { ray, key, .. } => (OCCLUDED, ray, key),
         };
         kind.encode(bytes);
         ray.origin.to_array().encode(bytes);
@@ -61,6 +102,9 @@ impl Wire for Question {
         [ray.t_min, ray.t_max, ray.time].encode(bytes);
         ray.visibility.0.encode(bytes);
         key.encode(bytes);
+        if let Self::Occluded { least_priority, .. } = self {
+            least_priority.cast_unsigned().encode(bytes);
+        }
     }
 
     fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
@@ -79,7 +123,11 @@ impl Wire for Question {
         let key = u32::decode(bytes)?;
         match kind {
             CLOSEST => Ok(Self::Closest { ray, key }),
-            OCCLUDED => Ok(Self::Occluded { ray, key }),
+            OCCLUDED => Ok(Self::Occluded {
+                ray,
+                key,
+                least_priority: u8::decode(bytes)?.cast_signed(),
+            }),
             other => Err(WireError::Variant(other)),
         }
     }
@@ -150,7 +198,11 @@ mod tests {
             ..Ray::new(Vec3::new(1.0, -0.0, 3.0), Vec3::new(0.0, 1e-40, -2.0))
         };
         check(Question::Closest { ray, key: 7 });
-        check(Question::Occluded { ray, key: u32::MAX });
+        check(Question::Occluded {
+            ray,
+            key: u32::MAX,
+            least_priority: -100,
+        });
         check(Answer::Closest(None));
         check(Answer::Closest(Some(Hit {
             t: 1.5,

@@ -7,13 +7,15 @@ use kilauea_spot::{Answerer, Program};
 use kilauea_texture::TextureStore;
 
 use super::blame::Blame;
+use super::media::is_hidden;
 use super::question::{Answer, Question};
 use crate::geometry::{Geometry, View};
 
 /// Traces rays.
 ///
-/// `CUTOUTS` is whether any surface lets rays pass: the general code with `CUTOUTS` and the
-/// special one without give the same answers where none does.
+/// `CUTOUTS` is whether any surface lets rays pass, because it is partly absent or hidden by a
+/// medium: the general code with `CUTOUTS` and the special one without give the same answers where
+/// none does.
 #[derive(Clone, Copy)]
 pub(crate) struct RayTracer<'a, const CUTOUTS: bool> {
     /// Surfaces.
@@ -32,7 +34,11 @@ where
     fn answer(&self, question: Question) -> Answer {
         match question {
             Question::Closest { ray, key } => Answer::Closest(self.closest(&ray, key)),
-            Question::Occluded { ray, key } => Answer::Occluded(self.is_occluded(&ray, key)),
+            Question::Occluded {
+                ray,
+                key,
+                least_priority,
+            } => Answer::Occluded(self.is_occluded(&ray, key, least_priority)),
         }
     }
 }
@@ -49,10 +55,13 @@ impl<const CUTOUTS: bool> RayTracer<'_, CUTOUTS> {
     }
 
     #[inline]
-    fn is_occluded(&self, ray: &Ray, key: u32) -> bool {
+    fn is_occluded(&self, ray: &Ray, key: u32, least_priority: i8) -> bool {
         let accel = self.geometry.accel();
         if CUTOUTS {
-            accel.occluded_filtered(ray, |hit| self.is_present(hit, ray, key))
+            accel.occluded_filtered(ray, |hit| {
+                let shader = self.geometry.shader(self.geometry.locate(hit));
+                !is_hidden(shader, least_priority) && self.is_present(hit, ray, key)
+            })
         } else {
             accel.occluded(ray)
         }

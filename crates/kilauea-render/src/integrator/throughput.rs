@@ -52,7 +52,8 @@ impl Throughput {
         }
     }
 
-    pub(super) fn scale_last(&mut self, depth: u32, factor: f32) {
+    /// Scales the event at the vertex after `depth` events.
+    pub(super) fn scale_last(&mut self, depth: u32, factor: Spectrum) {
         self.last_diffuse *= factor;
         self.last_specular *= factor;
         if depth == 0 {
@@ -61,21 +62,21 @@ impl Throughput {
         }
     }
 
-    /// Adds light that arrives after `n_events` events, of which the last has the given weights.
+    /// Adds light that arrives after `n_events` events, of which the last scattered that much of it
+    /// by its lobes.
     #[inline]
     pub(super) fn add(
         &self,
         out: &mut PixelSample,
         n_events: u32,
-        radiance: Spectrum,
-        last_diffuse: Spectrum,
-        last_specular: Spectrum,
+        diffuse: Spectrum,
+        specular: Spectrum,
     ) {
         if n_events == 1 {
-            out.direct_diffuse += radiance * last_diffuse;
-            out.direct_specular += radiance * last_specular;
+            out.direct_diffuse += diffuse;
+            out.direct_specular += specular;
         } else {
-            let radiance = radiance * self.between * (last_diffuse + last_specular);
+            let radiance = self.between * (diffuse + specular);
             out.indirect_diffuse += radiance * self.first_diffuse;
             out.indirect_specular += radiance * self.first_specular;
         }

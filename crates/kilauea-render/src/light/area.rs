@@ -299,20 +299,12 @@ impl UnitShape {
             }
             // The emitting side is the outside, so only the entry point counts.
             Self::Sphere => {
-                let t = in_range(first_root(
-                    d.length_squared(),
-                    o.dot(d),
-                    o.length_squared() - 1.0,
-                )?)?;
+                let t = in_range(first_root(o, d)?)?;
                 Some((t, o + d * t))
             }
             Self::Tube => {
-                let (o2, d2) = (Vec2::new(o.y, o.z), Vec2::new(d.y, d.z));
-                let t = in_range(first_root(
-                    d2.length_squared(),
-                    o2.dot(d2),
-                    o2.length_squared() - 1.0,
-                )?)?;
+                let across = Vec3::new(0.0, 1.0, 1.0);
+                let t = in_range(first_root(o * across, d * across)?)?;
                 let p = o + d * t;
                 (p.x.abs() <= 0.5).then(|| (t, Vec3::new(0.0, p.y, p.z)))
             }
@@ -320,18 +312,21 @@ impl UnitShape {
     }
 }
 
-/// The smaller root of a t² + 2 b t + c.
-fn first_root(a: f32, half_b: f32, c: f32) -> Option<f32> {
-    let discriminant = half_b as f64 * half_b as f64 - a as f64 * c as f64;
+/// Where a line enters the unit sphere. All in `f64`: products of `f32` lose a radius of one in the
+/// distance squared.
+fn first_root(o: Vec3, d: Vec3) -> Option<f32> {
+    let (o, d) = (o.as_dvec3(), d.as_dvec3());
+    let (a, half_b, c) = (d.length_squared(), o.dot(d), o.length_squared() - 1.0);
+    let discriminant = half_b * half_b - a * c;
     if a <= 0.0 || discriminant < 0.0 {
         return None;
     }
     let root = discriminant.sqrt();
     // The form that does not cancel (Press et al.).
     let t = if half_b > 0.0 {
-        (-(half_b as f64) - root) / a as f64
+        (-half_b - root) / a
     } else {
-        c as f64 / (root - half_b as f64)
+        c / (root - half_b)
     };
     Some(t as f32)
 }
@@ -339,4 +334,33 @@ fn first_root(a: f32, half_b: f32, c: f32) -> Option<f32> {
 /// 1 − sqrt(1 − sin²), without cancellation for small angles.
 fn one_minus_cos(sin_sq: f32) -> f32 {
     sin_sq / (1.0 + (1.0 - sin_sq).max(0.0).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines that pass the center of a unit sphere or tube within a thousandth of its radius meet
+    /// it, and others do not, from however far.
+    #[test]
+    fn far_lights_keep_their_size() {
+        for distance in [10.0, 1e3, 2e4_f32] {
+            for i in 0..200 {
+                let angle = i as f32;
+                let o = distance * Vec3::new(0.0, angle.cos(), angle.sin());
+                let aside = Vec3::new(0.0, -angle.sin(), angle.cos());
+                let d = (aside * (0.9 + 0.001 * i as f32) - o).normalize();
+                // What rounding of the direction has made of it.
+                let (o_exact, d_exact) = (o.as_dvec3(), d.as_dvec3());
+                let passes_at = o_exact.cross(d_exact).length() / d_exact.length();
+                if (passes_at - 1.0).abs() > 1e-3 {
+                    for shape in [UnitShape::Sphere, UnitShape::Tube] {
+                        let hit = shape.intersect(o, d, 0.0, f32::INFINITY);
+                        let what = format!("{shape:?} from {distance}, {passes_at}");
+                        assert_eq!(hit.is_some(), passes_at < 1.0, "{what}");
+                    }
+                }
+            }
+        }
+    }
 }

@@ -85,7 +85,8 @@ impl DistantLight {
         self.frame.z
     }
 
-    fn is_delta(&self) -> bool {
+    /// Whether all light is parallel.
+    pub(super) fn is_delta(&self) -> bool {
         self.one_minus_cos < 1e-12
     }
 }

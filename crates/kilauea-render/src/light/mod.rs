@@ -22,7 +22,7 @@ use area_bvh::AreaBvh;
 use distant::DistantLight;
 use dome::DomeLight;
 use mesh::MeshLights;
-use tree::{LightBounds, LightTree};
+use tree::{LightBounds, LightTree, MAX_IMPORTANCE};
 
 /// A direction toward a light.
 #[derive(Clone, Copy, Debug)]
@@ -146,9 +146,14 @@ impl Lights {
         self.mesh.unsampled()
     }
 
-    /// Whether light comes from infinity.
-    pub fn has_infinite_lights(&self) -> bool {
-        !self.infinite.is_empty()
+    /// Whether rays can meet light that comes from infinity: parallel light has no direction that
+    /// a ray could have by chance.
+    pub fn rays_meet_infinite_lights(&self) -> bool {
+        let is_met = |light: &InfiniteLight| match light {
+            InfiniteLight::Distant(light) => !light.is_delta(),
+            InfiniteLight::Dome(_) => true,
+        };
+        self.infinite.iter().any(is_met)
     }
 
     /// Bytes of the light tree.
@@ -200,19 +205,21 @@ impl Lights {
         })
     }
 
-    /// Visits every area light that the ray meets before `ray.t_max`. Lights let rays through.
+    /// Visits every area light that the ray meets within its range, with the distance. Lights let
+    /// rays through.
     #[inline]
     pub fn for_each_area_hit(
         &self,
         ray: &Ray,
         receiver: Option<Receiver>,
         textures: &TextureStore,
-        mut visit: impl FnMut(Emitted),
+        mut visit: impl FnMut(f32, Emitted),
     ) {
         self.area_bvh.for_each(ray, |idx| {
             let light = &self.area[idx as usize];
             if let Some(hit) = light.intersect(ray) {
-                visit(self.emitted_by_area(idx, light, &hit, ray, receiver, textures));
+                let emitted = self.emitted_by_area(idx, light, &hit, ray, receiver, textures);
+                visit(hit.t, emitted);
             }
         });
     }
@@ -357,12 +364,13 @@ impl Lights {
 }
 
 impl InfiniteLight {
-    /// Irradiance if nothing is occluded.
+    /// Irradiance if nothing is occluded, without its sign; at most [`MAX_IMPORTANCE`].
     fn importance(&self, receiver: Receiver) -> f32 {
-        match self {
+        let irradiance = match self {
             Self::Distant(l) => l.irradiance().luminance() * l.direction().dot(receiver.n).abs(),
             Self::Dome(l) => PI * l.mean_radiance().luminance(),
-        }
+        };
+        irradiance.abs().min(MAX_IMPORTANCE)
     }
 }
 
@@ -372,7 +380,7 @@ fn area_light_bounds(light: &AreaLight, textures: &TextureStore) -> LightBounds 
     LightBounds {
         bounds: light.bounds(),
         // A zero mean still leaves the light choosable: its texture may not be black everywhere.
-        power: (radiance.luminance() * light.area).max(f32::MIN_POSITIVE),
+        power: (radiance.luminance().abs() * light.area).clamp(f32::MIN_POSITIVE, f32::MAX),
         axis,
         cos_normals,
         cos_emission: 0.0,

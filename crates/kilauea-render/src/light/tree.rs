@@ -31,7 +31,10 @@ type Entry = (u32, LightBounds);
 /// The tree.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightTree {
+    /// Their powers are in units of `power_unit`.
     nodes: Vec<Node>,
+    /// A power of two near the greatest power, so that sums of any powers are numbers.
+    power_unit: f32,
     /// Turns from the root to each light, first turn in bit 0.
     trails: Vec<u64>,
 }
@@ -51,6 +54,9 @@ struct Node {
     link: u32,
 }
 
+/// Beyond it, light is as bright as can be: sums of importances must be numbers.
+pub(super) const MAX_IMPORTANCE: f32 = 1e30;
+
 /// Trails are 64 bits long: below this depth nodes are halved, so that they suffice.
 const MAX_UNBALANCED_DEPTH: u32 = 30;
 
@@ -58,8 +64,14 @@ impl LightTree {
     /// A tree over lights with positive power; `lights` pairs each with its index.
     pub(super) fn new(mut lights: Vec<Entry>, n_lights: usize) -> Self {
         lights.retain(|(_, b)| b.power > 0.0 && b.power.is_finite() && !b.bounds.is_empty());
+        let most = lights.iter().map(|(_, b)| b.power).fold(0.0, f32::max);
+        let power_unit = power_of_two_below(most);
+        for (_, b) in &mut lights {
+            b.power = (b.power / power_unit).max(f32::MIN_POSITIVE);
+        }
         let mut tree = Self {
             nodes: Vec::with_capacity(2 * lights.len()),
+            power_unit,
             trails: vec![0; n_lights],
         };
         if !lights.is_empty() {
@@ -79,9 +91,10 @@ impl LightTree {
     }
 
     /// A bound on the irradiance of all lights at `p` on a surface with unit normal `n`, in units
-    /// of power per area.
+    /// of power per area; at most [`MAX_IMPORTANCE`].
     pub(super) fn importance(&self, p: Vec3, n: Vec3) -> f32 {
-        self.nodes.first().map_or(0.0, |root| root.importance(p, n))
+        let importance = self.nodes.first().map_or(0.0, |root| root.importance(p, n));
+        (importance * self.power_unit).min(MAX_IMPORTANCE)
     }
 
     /// A light and its probability; `u` is in [0, 1).
@@ -300,6 +313,12 @@ impl Node {
         );
         (self.power * cos_emitted * cos_received / distance_sq.max(self.radius_sq)).max(0.0)
     }
+}
+
+/// The greatest power of two that is not above a positive number.
+fn power_of_two_below(x: f32) -> f32 {
+    const EXPONENT: u32 = 0xff << 23;
+    f32::from_bits(x.max(f32::MIN_POSITIVE).to_bits() & EXPONENT)
 }
 
 /// Sine and cosine of max(0, a − b).

@@ -1,67 +1,70 @@
-"""The engines that are compared, each as one render of an exported scene."""
+"""The engines that are compared, each as a command that renders an exported scene."""
 
 from __future__ import annotations
 
 import json
 import sys
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from kilauea.environments import MITSUBA, checked, pipeline_script
+from kilauea.arguments import BUILT_INTEGRATORS
+from kilauea.benchmarks.job import Job
+from kilauea.child import run_apart
+from kilauea.environments import CYCLES, LUXCORE, MITSUBA, Environment, pipeline_script
 from kilauea.errors import KilaueaError
-from kilauea.reference import export_frame, run_cycles
-from kilauea.render import RenderOptions
+from kilauea.reference import cycles_command
 
-
-@dataclass(frozen=True, slots=True)
-class Job:
-    """A stage at fixed settings, flattened once for all engines."""
-
-    stage: str
-    folder: Path
-    """The exported scene; images go beside it."""
-    settings: dict[str, Any]
-
-    @classmethod
-    def prepare(cls, stage: str, folder: Path, settings: dict[str, Any]) -> Job:
-        """Flatten and export a stage; `settings` stand over those of the stage."""
-        from kilauea.usd.options import FlattenOptions
-        from kilauea.usd.stage import flatten
-
-        folder.mkdir(parents=True)
-        resolution = settings.get("resolution")
-        options = FlattenOptions(resolution=tuple(resolution) if resolution else None)
-        render_options = RenderOptions([], settings)
-        return cls(stage, folder, export_frame(flatten(stage, options), render_options, folder))
-
-    @property
-    def n_pixels(self) -> int:
-        """Pixels of the image."""
-        width, height = self.settings["resolution"]
-        return width * height
+_READERS = ("exported.py", "tiles.py", "constant_inputs.py", "still_meshes.py")
 
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One render by one engine."""
+    """One render by one engine. Times are seconds, sizes bytes."""
 
     engine: str
+    version: str
+    """Name and version as the engine says them."""
     image: Path
-    samples_per_pixel: int
+    samples_per_pixel: float
+    load_s: float
+    """Reading the scene, ours from USD, others from the exported arrays."""
     build_s: float
-    """Until the first ray: loading, building, kernels."""
+    """Trees, shaders, synchronisation, kernels: the rest of what comes before the first ray."""
     render_s: float
     total_s: float
-    """Of the whole command, start-up included."""
+    """Wall time of the whole command, start-up included."""
+    cpu_s: float
+    """Processor time of the whole command, all threads."""
     peak_rss: int
-    """Bytes."""
+    n_rays: int | None
+    """None where the engine does not count them."""
+    warnings: list[str]
+    """What the engine could not take over from the scene."""
+
+    @property
+    def setup_s(self) -> float:
+        """Time to the first ray, start-up left out."""
+        return self.load_s + self.build_s
 
     def samples_per_s(self, n_pixels: int) -> float:
         """Camera paths per second of rendering."""
         return n_pixels * self.samples_per_pixel / self.render_s
+
+
+@dataclass(frozen=True, slots=True)
+class Engine:
+    """How an engine is called, and what its statistics mean."""
+
+    command: Callable[[Job, Path, Path, int, int], list[str]]
+    """From job, image, statistics file, samples per pixel and seed."""
+    parse: Callable[[dict[str, Any]], dict[str, Any]]
+    """From its statistics to fields of `Run`."""
+    release: str
+    """Packages and flags that decide its images."""
+    sources: tuple[str, ...] = ()
+    """Files of `pipeline` that do so too, as patterns."""
 
 
 def render(engine: str, job: Job, samples: int, seed: int) -> Run:
@@ -73,79 +76,96 @@ def render(engine: str, job: Job, samples: int, seed: int) -> Run:
         The engine cannot render it.
     """
     image = job.folder / f"{engine}-{samples}-{seed}.exr"
-    start = time.perf_counter()
-    stats = ENGINES[engine](job, image, samples, seed)
-    total_s = time.perf_counter() - start
-    return Run(engine, image, samples, total_s=total_s, **stats)
+    stats_file = image.with_suffix(".json")
+    called = ENGINES[engine]
+    command = called.command(job, image, stats_file, samples, seed)
+    done = run_apart(command, f"render with {engine}")
+    return Run(
+        engine,
+        image=image,
+        total_s=done.wall_s,
+        cpu_s=done.cpu_s,
+        peak_rss=done.peak_rss,
+        **called.parse(json.loads(stats_file.read_text())),
+    )
 
 
-def _kilauea(integrator: str) -> Callable[[Job, Path, int, int], dict[str, Any]]:
-    def run(job: Job, image: Path, samples: int, seed: int) -> dict[str, Any]:
+def _kilauea(integrator: str) -> Engine:
+    def command(job: Job, image: Path, stats: Path, samples: int, seed: int) -> list[str]:
+        if integrator not in BUILT_INTEGRATORS:
+            raise KilaueaError(f"the integrator {integrator} is not built yet")
         settings = job.settings
-        stats_file = image.with_suffix(".json")
         width, height = settings["resolution"]
-        command = [sys.executable, "-m", "kilauea.cli", "render", job.stage, "-o", image]
-        command += ["--integrator", integrator, "-r", width, height, "-p", samples]
-        command += ["--seed", seed, "--max-depth", settings["max_depth"]]
-        command += ["--filter", settings["filter"], "-j", settings["threads"]]
-        command += ["--stats", stats_file, "-V", "0"]
-        checked([str(word) for word in command], "render with Kilauea")
-        stats = json.loads(stats_file.read_text())
-        times = stats["times"]
-        return {
-            "build_s": times["load"] + times.get("build", 0.0),
-            "render_s": sum(times.get(name, 0.0) for name in ("photon", "gather", "render")),
-            "peak_rss": stats["memory"]["peak_rss"],
-        }
+        words = [sys.executable, "-m", "kilauea.cli", "render", job.stage, "-o", image]
+        words += ["--integrator", integrator, "-r", width, height, "-p", samples]
+        words += ["--seed", seed, "--max-depth", settings["max_depth"]]
+        words += ["--filter", settings["filter"], "-j", settings["threads"]]
+        words += ["--stats", stats, "-V", "0", *job.flags]
+        return [str(word) for word in words]
 
-    return run
+    return Engine(command, _parse_ours, integrator)
 
 
-def _cycles(*flags: str) -> Callable[[Job, Path, int, int], dict[str, Any]]:
-    def run(job: Job, image: Path, samples: int, seed: int) -> dict[str, Any]:
+def _parse_ours(stats: dict[str, Any]) -> dict[str, Any]:
+    times = stats["times"]
+    return {
+        "version": "Kilauea",
+        "samples_per_pixel": stats["samples_per_pixel"],
+        "load_s": times["load"],
+        "build_s": times.get("build", 0.0),
+        "render_s": sum(times.get(name, 0.0) for name in ("photon", "gather", "render")),
+        "n_rays": sum(stats["rays"].values()),
+        "warnings": stats["warnings"],
+    }
+
+
+def _cycles(*flags: str) -> Engine:
+    def command(job: Job, image: Path, stats: Path, samples: int, seed: int) -> list[str]:
         words = ("--samples", str(samples), "--seed", str(seed), *flags)
-        stats = run_cycles(job.folder, image, *words)
-        build_s = stats["build_s"] + stats["sync_s"]
-        return {
-            "build_s": build_s,
-            "render_s": stats["render_s"],
-            "peak_rss": stats["peak_rss"],
-        }
+        return cycles_command(job.folder, image, stats, *words)
 
-    return run
+    release = " ".join((*CYCLES.requirements, *flags))
+    sources = ("cycles_render.py", "blender_scene/*.py", *_READERS)
+    return Engine(command, lambda stats: _parse_theirs(stats, "sync_s"), release, sources)
 
 
-def _mitsuba(sampler: str) -> Callable[[Job, Path, int, int], dict[str, Any]]:
-    def run(job: Job, image: Path, samples: int, seed: int) -> dict[str, Any]:
-        stats_file = image.with_suffix(".json")
-        command = [MITSUBA.python(), pipeline_script("mitsuba_render.py"), job.folder, image]
-        command += ["--samples", samples, "--seed", seed, "--stats", stats_file]
-        command += ["--sampler", sampler]
-        try:
-            checked([str(word) for word in command], "render with Mitsuba")
-        except KilaueaError as error:
-            if "drjit_" in str(error):
-                raise KilaueaError(
-                    "Mitsuba needs LLVM 16 or newer: set DRJIT_LIBLLVM_PATH to its libLLVM"
-                ) from None
-            raise
-        stats = json.loads(stats_file.read_text())
-        return {
-            "build_s": stats["build_s"] + stats["compile_s"],
-            "render_s": stats["render_s"],
-            "peak_rss": stats["peak_rss"],
-        }
+def _scripted(environment: Environment, script: str, *flags: str) -> Engine:
+    """Call a script of `pipeline` in its environment."""
 
-    return run
+    def command(job: Job, image: Path, stats: Path, samples: int, seed: int) -> list[str]:
+        words = [environment.python(), pipeline_script(script), job.folder, image]
+        words += ["--samples", samples, "--seed", seed, "--stats", stats, *flags]
+        return [str(word) for word in words]
+
+    release = " ".join((*environment.requirements, *flags))
+    sources = (script, script.replace("render.py", "scene/*.py"), *_READERS)
+    return Engine(command, lambda stats: _parse_theirs(stats, "compile_s"), release, sources)
 
 
-ENGINES: dict[str, Callable[[Job, Path, int, int], dict[str, Any]]] = {
+def _parse_theirs(stats: dict[str, Any], preparation: str) -> dict[str, Any]:
+    """Read what the scripts of `pipeline` write; `preparation` is what follows loading."""
+    return {
+        "version": stats["engine"],
+        "samples_per_pixel": stats["samples_per_pixel"],
+        "load_s": stats["build_s"],
+        "build_s": stats[preparation],
+        "render_s": stats["render_s"],
+        "n_rays": None,
+        "warnings": stats["warnings"],
+    }
+
+
+ENGINES: dict[str, Engine] = {
     "kilauea": _kilauea("kilauea"),
     "path": _kilauea("path"),
     "cycles": _cycles(),
     "cycles-guided": _cycles("--guiding"),
-    "mitsuba": _mitsuba("independent"),
-    "mitsuba-stratified": _mitsuba("multijitter"),
+    "mitsuba": _scripted(MITSUBA, "mitsuba_render.py", "--sampler", "independent"),
+    "mitsuba-stratified": _scripted(MITSUBA, "mitsuba_render.py", "--sampler", "multijitter"),
+    "luxcore": _scripted(LUXCORE, "luxcore_render.py"),
 }
 """By name; `path` is our path tracer, `cycles-guided` has path guiding on. Mitsuba has no Sobol
 sequence: its default sampler is as fast as it gets, the stratified one as clean."""
+
+OURS = ("kilauea", "path")
+"""Engines that never decide alone what is right."""

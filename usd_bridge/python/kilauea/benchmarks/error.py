@@ -1,125 +1,144 @@
-"""`kilauea bench error`: error against time, over sample counts and seeds."""
+"""`kilauea bench error`: error at equal time, over times (or sample counts) and seeds."""
 
 from __future__ import annotations
 
 import argparse
-import json
-import math
 import sys
 import tempfile
-from collections import defaultdict
 from pathlib import Path
-from statistics import fmean, linear_regression
 from typing import Any
 
-from kilauea.benchmarks.engines import ENGINES, Job, Run, render
+from kilauea.benchmarks import error_tables, plot, strips
+from kilauea.benchmarks.converged import Effort, converged
+from kilauea.benchmarks.engines import render
+from kilauea.benchmarks.job import Job
+from kilauea.benchmarks.measurement import Measurement
 from kilauea.benchmarks.options import add_engine_options, settings_of
+from kilauea.benchmarks.pace import CLOCKS, Pace, pilot
+from kilauea.benchmarks.reference import find_references
 from kilauea.benchmarks.report import print_table, write_json
+from kilauea.benchmarks.summary import summarise
 from kilauea.errors import KilaueaError
-from kilauea.render import native
 
-REFERENCE_SEED = 1_000_003
-"""Far from the seeds that are measured."""
+PILOT_SEED = 20_001
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the subcommand's options."""
-    add_engine_options(parser, engines=("path", "cycles"))
+    add_engine_options(parser, engines=("kilauea", "path", "cycles", "mitsuba", "luxcore"))
+    parser.add_argument("-w", "--width", type=int, help="the height follows from the camera")
     parser.add_argument(
-        "-p", "--pixel-samples", nargs="+", type=int, default=[1, 4, 16, 64, 256], metavar="SAMPLES"
+        "--times",
+        type=_positive_numbers,
+        default=[2.0, 5.0, 10.0, 30.0],
+        metavar="S,S",
+        help="seconds of the whole command, load included",
     )
-    parser.add_argument("--seeds", type=int, default=2, help="renders at each sample count")
-    parser.add_argument("--reference", metavar="FILE.exr", help="converged image of the one stage")
-    parser.add_argument("--reference-engine", choices=tuple(ENGINES), default="cycles")
-    parser.add_argument("--reference-samples", type=int, default=8192, metavar="SAMPLES")
+    parser.add_argument(
+        "--clock", choices=CLOCKS, default="wall", help="of --times; cpu where others work too"
+    )
+    parser.add_argument(
+        "-p", "--pixel-samples", type=_positive_numbers, metavar="N,N", help="instead of times"
+    )
+    parser.add_argument("--seeds", type=int, default=8, help="renders at each time")
+    parser.add_argument("--reference-time", type=float, default=60.0, metavar="S")
+    parser.add_argument("--reference-seeds", type=int, default=8, metavar="N")
+    parser.add_argument(
+        "--clay", action="store_true", help="without materials, which engines model differently"
+    )
+    parser.add_argument("--plot", type=Path, metavar="STEM", help="writes STEM.svg and STEM.png")
+    parser.add_argument("--table", type=Path, metavar="FILE.md", help="writes a Markdown table")
+    parser.add_argument(
+        "--pictures", type=Path, metavar="FOLDER", help="writes the engines side by side"
+    )
 
 
 def run(args: argparse.Namespace) -> int:
     """Measure, print and write."""
-    if args.reference and len(args.stages) != 1:
-        raise KilaueaError("--reference is the image of one stage")
+    if min(args.seeds, args.reference_seeds) < 2:
+        raise KilaueaError("variance needs at least two seeds")
     rows: list[dict[str, Any]] = []
-    with tempfile.TemporaryDirectory(prefix="kilauea-") as name:
-        for idx, stage in enumerate(args.stages):
-            job = Job.prepare(stage, Path(name) / str(idx), settings_of(args))
-            reference = args.reference or converged(job, args)
-            rows += measure(job, args, str(reference))
-    slopes = [slope for stage in args.stages for slope in fits(Path(stage).name, rows)]
-    print_table(rows)
-    print_table(slopes)
-    write_json(args.json, rows, slopes=slopes)
+    stages: list[dict[str, Any]] = []
+    for stage in args.stages:
+        with tempfile.TemporaryDirectory(prefix="kilauea-") as name:
+            try:
+                found, about = measure_stage(stage, Path(name) / "job", args)
+            except KilaueaError as error:
+                print(f"kilauea: {stage}: {error}", file=sys.stderr)
+                found, about = [], {"stage": Path(stage).stem, "skipped": {"all": str(error)}}
+        rows += found
+        stages.append(about)
+        # Written after each stage: a run may take hours.
+        write_json(args.json, rows, stages=stages, summary=summarise(rows))
+    report(rows, args)
     return 0 if rows else 1
 
 
-def converged(job: Job, args: argparse.Namespace) -> Path:
-    """Render the image that all others are compared with."""
-    print(
-        f"kilauea: {Path(job.stage).name}: {args.reference_samples} samples with "
-        f"{args.reference_engine} as the reference",
-        file=sys.stderr,
+def measure_stage(
+    stage: str, folder: Path, args: argparse.Namespace
+) -> tuple[list[dict[str, Any]], dict[str, Any]]:
+    """Measure all engines at one stage; returns rows and what is to be said of the stage."""
+    job = Job.prepare(
+        stage, folder, settings_of(args), image_width=args.width, materials=not args.clay
     )
-    return render(args.reference_engine, job, args.reference_samples, REFERENCE_SEED).image
-
-
-def measure(job: Job, args: argparse.Namespace, reference: str) -> list[dict[str, Any]]:
-    """Let the engines take turns over seeds and sample counts."""
-    rows = []
-    engines = list(args.engines)
-    for seed in range(1, args.seeds + 1):
-        for samples in args.pixel_samples:
-            for engine in list(engines):
-                try:
-                    rows.append(row(job, render(engine, job, samples, seed), seed, reference))
-                except KilaueaError as error:
-                    print(f"kilauea: {job.stage}: {engine}: {error}", file=sys.stderr)
-                    engines.remove(engine)
-    return rows
-
-
-def row(job: Job, run: Run, seed: int, reference: str) -> dict[str, Any]:
-    """Compare one render with the reference."""
-    found = json.loads(native().compare(str(run.image), reference))
-    return {
-        "stage": Path(job.stage).name,
-        "engine": run.engine,
-        "seed": seed,
-        "samples_per_pixel": run.samples_per_pixel,
-        "seconds": run.total_s,
-        "build_s": run.build_s,
-        "render_s": run.render_s,
-        "relMSE": found["relMSE"],
-        "MSE": found["MSE"],
-        "mean_ratio": fmean(found["mean_ratio"]),
-        "peak_rss": run.peak_rss,
+    paces, skipped, notes = find_paces(job, args.engines, args.clock)
+    effort = Effort(args.reference_time, args.reference_seeds)
+    references = find_references(
+        list(paces), lambda engine: converged(job, engine, paces[engine], effort)
+    )
+    measurement = Measurement(job, references, paces, skipped)
+    if args.pixel_samples:
+        measurement.take_counts([round(count) for count in args.pixel_samples], args.seeds)
+    else:
+        measurement.take_times(args.times, args.seeds)
+    if args.pictures:
+        strips.write(args.pictures / f"{job.name}.jpg", references, measurement.last_images())
+    about = {
+        "stage": job.name,
+        "resolution": job.settings["resolution"],
+        "max_depth": job.settings["max_depth"],
+        "materials": not args.clay,
+        "clock": args.clock,
+        "skipped": skipped,
+        "notes": notes,
+        "reference": references.record(),
     }
+    return measurement.rows, about
 
 
-def fits(stage: str, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Fit `MSE = c t^slope` to each engine's mean error at each sample count.
+def find_paces(
+    job: Job, names: list[str], clock: str
+) -> tuple[dict[str, Pace], dict[str, str], dict[str, list[str]]]:
+    """Try each engine: the pace of those that can render the job, reasons for the others."""
+    paces: dict[str, Pace] = {}
+    skipped: dict[str, str] = {}
+    notes: dict[str, list[str]] = {}
+    for engine in names:
+        try:
+            paces[engine], run = pilot(
+                lambda samples, engine=engine: render(engine, job, samples, PILOT_SEED), clock
+            )
+        except KilaueaError as error:
+            skipped[engine] = str(error)
+            print(f"kilauea: {job.name}: {engine}: {error}", file=sys.stderr)
+            continue
+        if run.warnings:
+            notes[engine] = run.warnings
+    return paces, skipped, notes
 
-    Path tracing has slope -1. The efficiency `1 / (MSE t)` compares engines at equal slopes; it is
-    that of the highest sample count.
-    """
-    groups: dict[str, dict[int, list[dict[str, Any]]]] = defaultdict(lambda: defaultdict(list))
-    for found in rows:
-        if found["stage"] == stage:
-            groups[found["engine"]][found["samples_per_pixel"]].append(found)
-    slopes = []
-    for engine, counts in groups.items():
-        means = [
-            [fmean(r[key] for r in at_count) for key in ("render_s", "MSE", "relMSE")]
-            for _, at_count in sorted(counts.items())
-        ]
-        usable = [(math.log(t), math.log(mse)) for t, mse, _ in means if t > 0.0 and mse > 0.0]
-        slope = linear_regression(*zip(*usable, strict=True)).slope if len(usable) > 1 else None
-        last_s, last_mse, last_relative = means[-1]
-        slopes.append(
-            {
-                "stage": stage,
-                "engine": engine,
-                "slope": slope,
-                "efficiency": 1.0 / (last_mse * last_s) if last_mse * last_s > 0.0 else None,
-                "relMSE_times_s": last_relative * last_s,
-            }
-        )
-    return slopes
+
+def report(rows: list[dict[str, Any]], args: argparse.Namespace) -> None:
+    """Print the summary and write what else was asked for."""
+    summary = summarise(rows)
+    print_table(summary)
+    if args.table:
+        args.table.write_text(error_tables.comparison({"summary": summary}), encoding="utf-8")
+    if args.plot and rows:
+        plot.write(rows, args.plot)
+
+
+def _positive_numbers(text: str) -> list[float]:
+    values = sorted(float(word) for word in text.split(","))
+    if not values or values[0] <= 0.0:
+        raise argparse.ArgumentTypeError(f"{text} are not numbers above zero")
+    return values

@@ -16,7 +16,8 @@ from typing import Any
 from kilauea import interrupt
 from kilauea.benchmarks.report import print_table, write_json
 from kilauea.benchmarks.workloads import Limits, default_meshes, load
-from kilauea.environments import EMBREE, checked
+from kilauea.child import run_apart
+from kilauea.environments import EMBREE
 from kilauea.errors import KilaueaError, UsageError
 from kilauea.render import native
 
@@ -94,10 +95,10 @@ def embree_library() -> Path:
         The package cannot be installed, or has no library.
     """
     where = "import sysconfig; print(sysconfig.get_path('platlib'))"
-    packages = Path(checked([str(EMBREE.python()), "-c", where], "find Embree").strip())
+    packages = Path(run_apart([str(EMBREE.python()), "-c", where], "find Embree").output.strip())
     found = sorted(packages.glob("embreex.libs/libembree4*"))
     if not found:
-        raise KilaueaError(f"{EMBREE.requirement} has no libembree4 in {packages}")
+        raise KilaueaError(f"{EMBREE.package} {EMBREE.version} has no libembree4 in {packages}")
     return found[0]
 
 

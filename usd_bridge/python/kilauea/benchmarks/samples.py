@@ -9,7 +9,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from kilauea.benchmarks.engines import Job, Run, render
+from kilauea.benchmarks.engines import Run, render
+from kilauea.benchmarks.job import Job
 from kilauea.benchmarks.options import add_engine_options, settings_of
 from kilauea.benchmarks.report import print_table, write_json
 from kilauea.errors import KilaueaError
@@ -64,7 +65,7 @@ def row(job: Job, engine: str, runs: list[Run]) -> dict[str, Any]:
         "Msamples_per_s": median(rates) / 1e6,
         "slowest": min(rates) / 1e6,
         "fastest": max(rates) / 1e6,
-        "build_s": median(run.build_s for run in runs),
+        "build_s": median(run.setup_s for run in runs),
         "render_s": median(run.render_s for run in runs),
         "total_s": median(run.total_s for run in runs),
         "peak_rss": max(run.peak_rss for run in runs),

@@ -18,6 +18,7 @@ PREFIX = "kilauea:"
 
 _FITTING = {
     "float": {"float", "double", "pxr_half::half", "int"},
+    "int": {"int"},
     "float3": {"GfVec3f", "GfVec3d", "GfVec3h"},
     "color3f": {"GfVec3f", "GfVec3d", "GfVec3h"},
     "token": {"TfToken", "string"},

@@ -44,6 +44,8 @@ class _Image:
     """u8 only; other types are linear."""
     wraps: tuple[int, int]
     """Indices into `_WRAPS`."""
+    n_replaced: int
+    """Values that were not finite."""
 
 
 def write(image_file: str, target: Path, color_space: str) -> None:
@@ -72,7 +74,7 @@ def write(image_file: str, target: Path, color_space: str) -> None:
             int(image.is_srgb),
             *image.wraps,
             len(levels),
-            0,
+            image.n_replaced,
         )
     ]
     for level in levels:
@@ -142,9 +144,11 @@ def _read(image_file: str, color_space: str) -> _Image:
             color_space == "auto" and is_u8 and texels.shape[2] >= 3
         )
         wraps = _wrap_metadata(spec)
+    n_replaced = 0
     if not is_u8:
+        texels, n_replaced = _with_finite_values(texels)
         texels = _as_smallest_float(_linear(texels) if is_srgb else texels)
-    return _Image(texels, is_srgb and is_u8, wraps)
+    return _Image(texels, is_srgb and is_u8, wraps, n_replaced)
 
 
 def _color_channels(texels: np.ndarray[Any, Any], spec: Any) -> np.ndarray[Any, Any]:
@@ -174,10 +178,16 @@ def _wrap_metadata(spec: Any) -> tuple[int, int]:
     return known[0], known[-1]
 
 
-def _as_smallest_float(texels: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Replace NaN by 0 and infinity by the largest f16, then use f16 unless values are larger."""
-    if not np.isfinite(texels).all():
+def _with_finite_values(texels: np.ndarray[Any, Any]) -> tuple[np.ndarray[Any, Any], int]:
+    """Replace NaN by 0 and infinity by the largest f16; count them."""
+    n_replaced = texels.size - int(np.count_nonzero(np.isfinite(texels)))
+    if n_replaced:
         texels = np.nan_to_num(texels, nan=0.0, posinf=_MAX_HALF, neginf=-_MAX_HALF)
+    return texels, n_replaced
+
+
+def _as_smallest_float(texels: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Use f16 unless values are larger."""
     if texels.dtype == np.float16 or np.abs(texels).max(initial=0.0) <= _MAX_HALF:
         return texels.astype(np.float16, copy=False)
     return texels

@@ -1,28 +1,40 @@
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::{
-    __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_load_ps,
-    _mm_loadl_epi64, _mm_prefetch, _mm256_add_ps, _mm256_and_ps, _mm256_andnot_ps,
-    _mm256_broadcast_ps, _mm256_cmp_ps, _mm256_cvtepu8_epi32, _mm256_div_ps, _mm256_fmadd_ps,
-    _mm256_load_ps, _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_ps, _mm256_min_ps,
-    _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps, _mm256_permutevar8x32_epi32, _mm256_set1_ps,
-    _mm256_setzero_ps, _mm256_store_ps, _mm256_storeu_si256, _mm256_sub_ps, _mm256_xor_ps,
+    __m128, __m256, __m256d, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _CMP_NEQ_OQ,
+    _MM_HINT_T0, _mm_blend_ps, _mm_cvtsd_f64, _mm_div_ps, _mm_load_ps, _mm_load_si128,
+    _mm_loadl_epi64, _mm_movemask_ps, _mm_mul_ps, _mm_permute_ps, _mm_permutevar_ps, _mm_prefetch,
+    _mm_set1_ps, _mm_setr_ps, _mm_store_ps, _mm_unpackhi_pd, _mm256_add_ps, _mm256_and_ps,
+    _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_broadcast_sd, _mm256_broadcast_ss,
+    _mm256_broadcastss_ps, _mm256_castpd256_pd128, _mm256_castps_si256, _mm256_castsi256_ps,
+    _mm256_cmp_pd, _mm256_cmp_ps, _mm256_cmpgt_epi32, _mm256_cvtepu8_epi32, _mm256_cvtps_pd,
+    _mm256_div_ps, _mm256_extractf128_pd, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps,
+    _mm256_loadu_si256, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_ps,
+    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps, _mm256_or_ps,
+    _mm256_permute4x64_pd, _mm256_permutevar8x32_epi32, _mm256_set1_ps, _mm256_setzero_pd,
+    _mm256_setzero_ps, _mm256_store_ps, _mm256_store_si256, _mm256_storeu_si256, _mm256_sub_pd,
+    _mm256_sub_ps, _mm256_xor_ps,
 };
 use std::mem::MaybeUninit;
 
-use crate::node::{Node8, PairLeaf, STACK_CAPACITY, Tree};
+use crate::node::{LeafTriangle, Node8, PairLeaf, STACK_CAPACITY, Tree};
 use crate::ray::{Hit, Ray};
 use crate::traverse::keep::Keep;
 use crate::traverse::kernel::{Candidates, Distances, Kernel, Lanes};
 use crate::traverse::stack::{Entry, Links, Storage};
-use crate::traverse::tree_ray::TreeRay;
+use crate::traverse::tree_ray::{SLAB_SLACK, TreeRay};
+use crate::traverse::triangle;
 use crate::traverse::two_level::{self, Scene};
+use kilauea_math::Vec3A;
 
 /// Products of tiny triangles lose digits below this: nothing there is certain.
 const UNDERFLOW: f32 = 1e-34;
 
 /// Proof that the processor has AVX2, FMA, BMI and POPCNT: only [`Avx2::detect`] makes one.
+///
+/// Where rays are `COHERENT`, each goes much like the one before, and the branch predictor can tell
+/// which child of a node comes next before the boxes have been tested.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Avx2(());
+pub(crate) struct Avx2<const COHERENT: bool = false>(());
 
 impl Avx2 {
     pub(crate) fn detect() -> Option<Self> {
@@ -34,24 +46,42 @@ impl Avx2 {
         has_all.then_some(Self(()))
     }
 
+    /// The same for coherent rays.
     #[inline(always)]
-    pub(crate) fn closest(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
+    pub(crate) fn coherent(self) -> Avx2<true> {
+        Avx2(())
+    }
+}
+
+impl<const COHERENT: bool> Avx2<COHERENT> {
+    #[inline(always)]
+    pub(crate) fn closest(
+        self,
+        scene: Scene<'_>,
+        rays: (&Ray, impl FnOnce() -> TreeRay),
+        keep: impl Keep,
+    ) -> Option<Hit> {
         // SAFETY: `self` proves the features.
         unsafe {
             match scene {
-                Scene::Single(tree) => closest_in_tree(self, tree, ray, keep),
-                _ => closest(self, scene, ray, keep),
+                Scene::Single(tree) => closest_in_tree(self, tree, rays, keep),
+                _ => closest(self, scene, rays, keep),
             }
         }
     }
 
     #[inline(always)]
-    pub(crate) fn occluded(self, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
+    pub(crate) fn occluded(
+        self,
+        scene: Scene<'_>,
+        rays: (&Ray, impl FnOnce() -> TreeRay),
+        keep: impl Keep,
+    ) -> bool {
         // SAFETY: `self` proves the features.
         unsafe {
             match scene {
-                Scene::Single(tree) => occluded_in_tree(self, tree, ray, keep),
-                _ => occluded(self, scene, ray, keep),
+                Scene::Single(tree) => occluded_in_tree(self, tree, rays, keep),
+                _ => occluded(self, scene, rays, keep),
             }
         }
     }
@@ -60,23 +90,43 @@ impl Avx2 {
 // A single tree has functions of its own: registers and stack for instances would burden it.
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn closest_in_tree(avx2: Avx2, tree: &Tree, ray: &Ray, keep: impl Keep) -> Option<Hit> {
-    two_level::closest(avx2, Scene::Single(tree), ray, keep)
+fn closest_in_tree<const COHERENT: bool>(
+    avx2: Avx2<COHERENT>,
+    tree: &Tree,
+    rays: (&Ray, impl FnOnce() -> TreeRay),
+    keep: impl Keep,
+) -> Option<Hit> {
+    two_level::closest(avx2, Scene::Single(tree), rays, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn occluded_in_tree(avx2: Avx2, tree: &Tree, ray: &Ray, keep: impl Keep) -> bool {
-    two_level::occluded(avx2, Scene::Single(tree), ray, keep)
+fn occluded_in_tree<const COHERENT: bool>(
+    avx2: Avx2<COHERENT>,
+    tree: &Tree,
+    rays: (&Ray, impl FnOnce() -> TreeRay),
+    keep: impl Keep,
+) -> bool {
+    two_level::occluded(avx2, Scene::Single(tree), rays, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn closest(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> Option<Hit> {
-    two_level::closest(avx2, scene, ray, keep)
+fn closest<const COHERENT: bool>(
+    avx2: Avx2<COHERENT>,
+    scene: Scene<'_>,
+    rays: (&Ray, impl FnOnce() -> TreeRay),
+    keep: impl Keep,
+) -> Option<Hit> {
+    two_level::closest(avx2, scene, rays, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn occluded(avx2: Avx2, scene: Scene<'_>, ray: &Ray, keep: impl Keep) -> bool {
-    two_level::occluded(avx2, scene, ray, keep)
+fn occluded<const COHERENT: bool>(
+    avx2: Avx2<COHERENT>,
+    scene: Scene<'_>,
+    rays: (&Ray, impl FnOnce() -> TreeRay),
+    keep: impl Keep,
+) -> bool {
+    two_level::occluded(avx2, scene, rays, keep)
 }
 
 /// See [`Kernel::NodeRay`].
@@ -89,24 +139,33 @@ pub(crate) struct NodeRay {
     /// ... and a little more for far ones.
     far_offset: [__m256; 3],
     t_min: __m256,
-    /// Row of the near plane, by axis.
-    near_plane: [usize; 3],
+    /// Where the row of the near plane begins among the planes of a node, by axis; that of the far
+    /// plane has [`ROW`] flipped.
+    near_row: [usize; 3],
 }
 
-/// See [`Kernel::LeafRay`].
+/// Length of a row of planes in [`Node8`].
+const ROW: usize = 8;
+
+/// See [`Kernel::LeafRay`]. What all lanes share is spread as it is loaded.
 #[derive(Clone, Copy)]
+#[repr(C, align(16))]
 pub(crate) struct LeafRay {
     /// By axis as sheared: the direction's own last.
-    origin: [__m256; 3],
-    shear: [__m256; 2],
-    axes: [usize; 3],
-    /// See [`TreeRay::dir_largest`].
-    dir_largest: __m256,
-    t_min: __m256,
-    rounded_size: __m256,
+    origin: [f32; 4],
+    /// The last is the largest component of the direction with its sign, by which distances count.
+    shear: [f32; 4],
+    t_min: f32,
+    rounded_size: f32,
+    /// Where those of an axis begin among the coordinates of a leaf, in the order of `origin`.
+    axis_offset: [usize; 3],
 }
 
-impl Kernel for Avx2 {
+/// Coordinates of an axis in [`PairLeaf`].
+const AXIS: usize = 16;
+
+impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
+    const COHERENT: bool = COHERENT;
     type NodeRay = NodeRay;
     type LeafRay = LeafRay;
     type Storage = Unchecked;
@@ -114,66 +173,75 @@ impl Kernel for Avx2 {
 
     #[inline(always)]
     fn node_ray(self, ray: &TreeRay) -> NodeRay {
-        let near_offset = offset(ray.origin, ray.near_rcp, -1.0);
-        let far_offset = offset(ray.origin, ray.far_rcp, 1.0);
+        let rcp = ray.rcp();
         // SAFETY: `self` proves the features.
         unsafe {
+            let signs = _mm_movemask_ps(ray.dir.into()) as usize;
             NodeRay {
-                near_rcp: splat8(ray.near_rcp),
-                far_rcp: splat8(ray.far_rcp),
-                near_offset: splat8(near_offset),
-                far_offset: splat8(far_offset),
+                near_rcp: splat8(rcp * (1.0 - SLAB_SLACK)),
+                far_rcp: splat8(rcp * (1.0 + SLAB_SLACK)),
+                near_offset: splat8(minus_origin(ray, 1.0 - SLAB_SLACK, -1.0) * rcp),
+                far_offset: splat8(minus_origin(ray, 1.0 + SLAB_SLACK, 1.0) * rcp),
                 t_min: _mm256_set1_ps(ray.t_min),
-                near_plane: ray.near_plane,
+                near_row: [0, 1, 2].map(|axis| ROW * (2 * axis + (signs >> axis & 1))),
             }
         }
     }
 
     #[inline(always)]
     fn leaf_ray(self, ray: &TreeRay) -> LeafRay {
-        let [kx, ky, kz] = ray.axes;
-        // SAFETY: `self` proves the features.
+        let mut leaf_ray = LeafRay {
+            origin: [0.0; 4],
+            shear: [0.0; 4],
+            t_min: ray.t_min,
+            rounded_size: ray.rounded_size,
+            axis_offset: ray.axes().map(|axis| axis * AXIS),
+        };
+        // SAFETY: `self` proves the features; a row of the table has 16 bytes, and `LeafRay` and
+        // its arrays of four are aligned to as many.
         unsafe {
-            LeafRay {
-                origin: [
-                    _mm256_set1_ps(ray.origin[kx]),
-                    _mm256_set1_ps(ray.origin[ky]),
-                    _mm256_set1_ps(ray.origin[kz]),
-                ],
-                shear: [_mm256_set1_ps(ray.shear[0]), _mm256_set1_ps(ray.shear[1])],
-                axes: ray.axes,
-                dir_largest: _mm256_set1_ps(ray.dir_largest()),
-                t_min: _mm256_set1_ps(ray.t_min),
-                rounded_size: _mm256_set1_ps(ray.rounded_size),
-            }
+            let turn = &raw const TURNS.0[ray.largest_axis & 3];
+            let turn = _mm_load_si128(turn.cast());
+            let origin = _mm_permutevar_ps(ray.origin.into(), turn);
+            let dir = _mm_permutevar_ps(ray.dir.into(), turn);
+            let largest = _mm_permute_ps::<0b10_10_10_10>(dir);
+            let rcp_largest = _mm_div_ps(_mm_set1_ps(1.0), largest);
+            let shear = _mm_blend_ps::<0b1100>(_mm_mul_ps(dir, rcp_largest), largest);
+            _mm_store_ps(leaf_ray.origin.as_mut_ptr(), origin);
+            _mm_store_ps(leaf_ray.shear.as_mut_ptr(), shear);
         }
+        leaf_ray
     }
 
     #[inline(always)]
     fn slabs(self, ray: &NodeRay, limit: f32, node: &Node8) -> (u32, Lanes) {
         let mut entries = Lanes([0.0; 8]);
-        // SAFETY: `self` proves the features; `near_plane` is below 6, and flipping bit 0 keeps it
-        // so; a row of planes is 32 bytes in a node aligned to 64, and `Lanes` is aligned to 32.
+        // SAFETY: `self` proves the features; `near_row` is that of one of the six rows, and so it
+        // is with a bit flipped; rows and `Lanes` are aligned to 32 bytes.
         unsafe {
             let near = |axis: usize| {
-                let planes = plane_row(node, ray.near_plane[axis]);
-                _mm256_fmadd_ps(planes, ray.near_rcp[axis], ray.near_offset[axis])
+                let planes = plane_row(node, ray.near_row[axis]);
+                let t = _mm256_fmadd_ps(planes, ray.near_rcp[axis], ray.near_offset[axis]);
+                _mm256_castps_si256(t)
             };
             let far = |axis: usize| {
-                let planes = plane_row(node, ray.near_plane[axis] ^ 1);
-                _mm256_fmadd_ps(planes, ray.far_rcp[axis], ray.far_offset[axis])
+                let planes = plane_row(node, ray.near_row[axis] ^ ROW);
+                let t = _mm256_fmadd_ps(planes, ray.far_rcp[axis], ray.far_offset[axis]);
+                _mm256_castps_si256(t)
             };
-            let near = _mm256_max_ps(
-                _mm256_max_ps(near(0), near(1)),
-                _mm256_max_ps(near(2), ray.t_min),
+            // Bits of floats compare as integers where they are positive, and faster. Any negative
+            // distance to a far plane is below all to near planes, of which `t_min` is one.
+            let near = _mm256_max_epi32(
+                _mm256_max_epi32(near(0), near(1)),
+                _mm256_max_epi32(near(2), _mm256_castps_si256(ray.t_min)),
             );
-            let far = _mm256_min_ps(
-                _mm256_min_ps(far(0), far(1)),
-                _mm256_min_ps(far(2), _mm256_set1_ps(limit)),
+            let far = _mm256_min_epi32(
+                _mm256_min_epi32(far(0), far(1)),
+                _mm256_min_epi32(far(2), _mm256_castps_si256(_mm256_set1_ps(limit))),
             );
-            _mm256_store_ps(entries.0.as_mut_ptr(), near);
-            let hit = _mm256_cmp_ps::<_CMP_LE_OQ>(near, far);
-            (_mm256_movemask_ps(hit) as u32, entries)
+            _mm256_store_si256(entries.0.as_mut_ptr().cast(), near);
+            let passed = _mm256_castsi256_ps(_mm256_cmpgt_epi32(near, far));
+            (!_mm256_movemask_ps(passed) as u32 & 255, entries)
         }
     }
 
@@ -189,7 +257,7 @@ impl Kernel for Avx2 {
         // the last of an axis is followed by the next, and `Lanes` is aligned to 32.
         unsafe {
             let rows = leaf.corners.as_ptr().cast::<f32>();
-            let row = |axis: usize, corner: usize| rows.add(axis * 16 + corner * 4);
+            let row = |axis: usize, corner: usize| rows.add(ray.axis_offset[axis] + corner * 4);
             let twice = |axis| _mm256_broadcast_ps(&_mm_load_ps(row(axis, 0)));
             let two = |corner| move |axis| _mm256_loadu_ps(row(axis, corner));
             let (ax, ay, az) = shear(ray, twice);
@@ -199,11 +267,11 @@ impl Kernel for Avx2 {
             let v = cross(ax, ay, cx, cy);
             let w = cross(bx, by, ax, ay);
             let zero = _mm256_setzero_ps();
-            let low = _mm256_min_ps(_mm256_min_ps(u, v), w);
-            let high = _mm256_max_ps(_mm256_max_ps(u, v), w);
+            let not_below = |x| _mm256_cmp_ps::<_CMP_GE_OQ>(x, zero);
+            let not_above = |x| _mm256_cmp_ps::<_CMP_LE_OQ>(x, zero);
             let inside = _mm256_or_ps(
-                _mm256_cmp_ps::<_CMP_GE_OQ>(low, zero),
-                _mm256_cmp_ps::<_CMP_LE_OQ>(high, zero),
+                _mm256_and_ps(_mm256_and_ps(not_below(u), not_below(v)), not_below(w)),
+                _mm256_and_ps(_mm256_and_ps(not_above(u), not_above(v)), not_above(w)),
             );
             if _mm256_movemask_ps(inside) == 0 {
                 return Candidates {
@@ -214,14 +282,14 @@ impl Kernel for Avx2 {
 
             // Distance times `scale`, and how far off it and the edge functions may be.
             let minus_zero = _mm256_set1_ps(-0.0);
-            let scale = _mm256_mul_ps(_mm256_add_ps(_mm256_add_ps(u, v), w), ray.dir_largest);
+            let scale = _mm256_mul_ps(_mm256_add_ps(_mm256_add_ps(u, v), w), spread(&ray.shear[3]));
             let along = _mm256_fmadd_ps(u, az, _mm256_fmadd_ps(v, bz, _mm256_mul_ps(w, cz)));
             let distance = _mm256_xor_ps(along, _mm256_and_ps(scale, minus_zero));
             let scale = _mm256_andnot_ps(minus_zero, scale);
             let [edge_error, longest] = leaf.error;
             let reach = _mm256_add_ps(
                 _mm256_andnot_ps(minus_zero, az),
-                _mm256_add_ps(ray.rounded_size, _mm256_set1_ps(3.0 * longest)),
+                _mm256_set1_ps(ray.rounded_size + 3.0 * longest),
             );
             let underflow = _mm256_set1_ps(UNDERFLOW);
             let edge_error = _mm256_fmadd_ps(_mm256_set1_ps(edge_error), reach, underflow);
@@ -230,12 +298,14 @@ impl Kernel for Avx2 {
             // What is not certainly out of the range is possible; a NaN excludes nothing.
             let nearest = _mm256_sub_ps(distance, error);
             let furthest = _mm256_add_ps(distance, error);
-            let begin = _mm256_mul_ps(scale, ray.t_min);
+            let begin = _mm256_mul_ps(scale, spread(&ray.t_min));
             let end = _mm256_mul_ps(scale, _mm256_set1_ps(limit));
             let outside = _mm256_or_ps(
                 _mm256_cmp_ps::<_CMP_LT_OQ>(furthest, begin),
                 _mm256_cmp_ps::<_CMP_GT_OQ>(nearest, end),
             );
+            let low = _mm256_min_ps(_mm256_min_ps(u, v), w);
+            let high = _mm256_max_ps(_mm256_max_ps(u, v), w);
             let clear_of_edges = _mm256_or_ps(
                 _mm256_cmp_ps::<_CMP_GT_OQ>(low, edge_error),
                 _mm256_cmp_ps::<_CMP_GT_OQ>(_mm256_xor_ps(high, minus_zero), edge_error),
@@ -267,6 +337,42 @@ impl Kernel for Avx2 {
         }
     }
 
+    /// The corners in the lanes of one vector, with the first once more in the last.
+    #[inline(always)]
+    fn position(self, ray: &TreeRay, leaf: &PairLeaf, lane: usize) -> Option<[f32; 3]> {
+        let triangle = leaf.lane(lane);
+        let [kx, ky, kz] = ray.axes();
+        // SAFETY: `self` proves the features.
+        let (weights, along, is_inside) = unsafe {
+            let along = corners_f64(ray, &triangle, kz);
+            let x = sheared_f64(ray, corners_f64(ray, &triangle, kx), along, [kx, kz]);
+            let y = sheared_f64(ray, corners_f64(ray, &triangle, ky), along, [ky, kz]);
+            let weights = _mm256_sub_pd(
+                _mm256_mul_pd(before(x), after(y)),
+                _mm256_mul_pd(before(y), after(x)),
+            );
+            let signs = _mm256_movemask_pd(weights);
+            let nonzero = _mm256_cmp_pd::<_CMP_NEQ_OQ>(weights, _mm256_setzero_pd());
+            // None of the three, or all: no branch, since any ray may see either side.
+            let alike = (signs + 1) & 7 <= 1;
+            (
+                first_three(weights),
+                first_three(_mm256_mul_pd(weights, along)),
+                alike && _mm256_movemask_pd(nonzero) & 7 == 7,
+            )
+        };
+        if !is_inside {
+            return intersect_at_border(leaf, lane, ray);
+        }
+        Some(triangle::weighted_mean(weights, along, ray.dir_f64[kz]))
+    }
+
+    #[inline(always)]
+    fn first_lane<const PREDICTED: bool>(self, mask: u32) -> usize {
+        let lane = (mask.trailing_zeros() & 7) as usize;
+        if PREDICTED { predicted(lane) } else { lane }
+    }
+
     #[inline(always)]
     fn item<T>(self, items: &[T], link: u32) -> &T {
         debug_assert!((link as usize) < items.len());
@@ -291,56 +397,64 @@ impl Kernel for Avx2 {
 /// # Safety
 /// Needs AVX2.
 #[inline(always)]
-unsafe fn splat8(x: [f32; 3]) -> [__m256; 3] {
+unsafe fn splat8(v: Vec3A) -> [__m256; 3] {
+    let v: __m128 = v.into();
     // SAFETY: as the caller promises.
     unsafe {
         [
-            _mm256_set1_ps(x[0]),
-            _mm256_set1_ps(x[1]),
-            _mm256_set1_ps(x[2]),
+            _mm256_broadcastss_ps(v),
+            _mm256_broadcastss_ps(_mm_permute_ps::<0b01_01_01_01>(v)),
+            _mm256_broadcastss_ps(_mm_permute_ps::<0b10_10_10_10>(v)),
         ]
     }
 }
 
-/// What is to be added to planes times reciprocals: minus the origin times them, moved by more than
-/// rounding that product can lose, in the direction of `sign`. The product of the plane is not
-/// rounded, and all else is relative to the distance, as the reciprocals allow for.
+/// All lanes alike.
+///
+/// # Safety
+/// Needs AVX2.
 #[inline(always)]
-fn offset(origin: [f32; 3], rcp: [f32; 3], sign: f32) -> [f32; 3] {
-    let along = |axis: usize| {
-        // Finite, or else the infinite boxes of unused lanes would make it a NaN.
-        let product = (origin[axis] * rcp[axis]).clamp(-1e38, 1e38);
-        sign * product.abs() * (2.0 * f32::EPSILON) - product
-    };
-    [along(0), along(1), along(2)]
+unsafe fn spread(x: &f32) -> __m256 {
+    // SAFETY: as the caller promises.
+    unsafe { _mm256_broadcast_ss(x) }
+}
+
+/// Minus the origin times `factor`, moved so that its product with the reciprocal direction errs in
+/// the direction of `sign` by more than what is rounded until then. Apart from that product, which
+/// FMA adds to those of the planes, all roundings are relative to the distance, as
+/// [`SLAB_SLACK`] allows for.
+#[inline(always)]
+fn minus_origin(ray: &TreeRay, factor: f32, sign: f32) -> Vec3A {
+    const PAD: f32 = 3.0 * f32::EPSILON;
+    let pad = Vec3A::splat(sign * PAD).copysign(ray.origin) * Vec3A::ONE.copysign(ray.dir);
+    ray.origin * (sign * pad - factor)
 }
 
 /// A row of planes.
 ///
 /// # Safety
-/// Needs AVX2 and `plane < 6`.
+/// Needs AVX2 and the offset of one of the six rows.
 #[inline(always)]
-unsafe fn plane_row(node: &Node8, plane: usize) -> __m256 {
+unsafe fn plane_row(node: &Node8, row: usize) -> __m256 {
     // SAFETY: the row is inside `planes` and aligned to 32 bytes.
-    unsafe { _mm256_load_ps(node.planes.as_ptr().cast::<f32>().add(plane * 8)) }
+    unsafe { _mm256_load_ps(node.planes.as_ptr().cast::<f32>().add(row)) }
 }
 
 /// A corner of each triangle, sheared into the plane across the ray, and how far along;
-/// `coordinates` loads those of an axis.
+/// `coordinates` loads those of an axis as sheared.
 ///
 /// # Safety
 /// Needs AVX2.
 #[inline(always)]
 unsafe fn shear(ray: &LeafRay, coordinates: impl Fn(usize) -> __m256) -> (__m256, __m256, __m256) {
-    let [kx, ky, kz] = ray.axes;
     // SAFETY: as the caller promises.
     unsafe {
-        let x = _mm256_sub_ps(coordinates(kx), ray.origin[0]);
-        let y = _mm256_sub_ps(coordinates(ky), ray.origin[1]);
-        let along = _mm256_sub_ps(coordinates(kz), ray.origin[2]);
+        let x = _mm256_sub_ps(coordinates(0), spread(&ray.origin[0]));
+        let y = _mm256_sub_ps(coordinates(1), spread(&ray.origin[1]));
+        let along = _mm256_sub_ps(coordinates(2), spread(&ray.origin[2]));
         (
-            _mm256_sub_ps(x, _mm256_mul_ps(ray.shear[0], along)),
-            _mm256_sub_ps(y, _mm256_mul_ps(ray.shear[1], along)),
+            _mm256_sub_ps(x, _mm256_mul_ps(spread(&ray.shear[0]), along)),
+            _mm256_sub_ps(y, _mm256_mul_ps(spread(&ray.shear[1]), along)),
             along,
         )
     }
@@ -354,6 +468,113 @@ unsafe fn shear(ray: &LeafRay, coordinates: impl Fn(usize) -> __m256) -> (__m256
 unsafe fn cross(ax: __m256, ay: __m256, bx: __m256, by: __m256) -> __m256 {
     // SAFETY: as the caller promises.
     unsafe { _mm256_sub_ps(_mm256_mul_ps(ax, by), _mm256_mul_ps(ay, bx)) }
+}
+
+/// A coordinate of the three corners, from the origin.
+///
+/// # Safety
+/// Needs AVX2.
+#[inline(always)]
+unsafe fn corners_f64(ray: &TreeRay, triangle: &LeafTriangle<'_>, axis: usize) -> __m256d {
+    let a = triangle.coordinate(0, axis);
+    let b = triangle.coordinate(1, axis);
+    let c = triangle.coordinate(2, axis);
+    // SAFETY: as the caller promises.
+    unsafe {
+        let origin = _mm256_broadcast_sd(&ray.origin_f64[axis]);
+        _mm256_sub_pd(_mm256_cvtps_pd(_mm_setr_ps(a, b, c, a)), origin)
+    }
+}
+
+/// As in [`triangle::intersect`]: a coordinate of the corners in the plane across the ray, times the
+/// largest component of the direction; `axes` are that coordinate's and the largest one's.
+///
+/// # Safety
+/// Needs AVX2.
+#[inline(always)]
+unsafe fn sheared_f64(
+    ray: &TreeRay,
+    corners: __m256d,
+    along: __m256d,
+    axes: [usize; 2],
+) -> __m256d {
+    // SAFETY: as the caller promises.
+    unsafe {
+        let dir = _mm256_broadcast_sd(&ray.dir_f64[axes[0]]);
+        let dir_largest = _mm256_broadcast_sd(&ray.dir_f64[axes[1]]);
+        _mm256_sub_pd(
+            _mm256_mul_pd(corners, dir_largest),
+            _mm256_mul_pd(dir, along),
+        )
+    }
+}
+
+/// The same lane, by a jump instead of a value: the processor goes on with the one that it predicts,
+/// and what is loaded by its number need not wait.
+#[inline(always)]
+fn predicted(lane: usize) -> usize {
+    match lane {
+        0 => opaque(0),
+        1 => opaque(1),
+        2 => opaque(2),
+        3 => opaque(3),
+        4 => opaque(4),
+        5 => opaque(5),
+        6 => opaque(6),
+        _ => opaque(7),
+    }
+}
+
+/// A number that the compiler does not know, so that it keeps the jump that led to it.
+#[inline(always)]
+fn opaque(mut lane: usize) -> usize {
+    // SAFETY: no instruction is executed.
+    unsafe {
+        std::arch::asm!("/* {0} */", inout(reg) lane, options(pure, nomem, nostack, preserves_flags));
+    }
+    lane & 7
+}
+
+/// The corner before each: c, a, b.
+///
+/// # Safety
+/// Needs AVX2.
+#[inline(always)]
+unsafe fn before(corners: __m256d) -> __m256d {
+    // SAFETY: as the caller promises.
+    unsafe { _mm256_permute4x64_pd::<0b10_01_00_10>(corners) }
+}
+
+/// The corner after each: b, c, a.
+///
+/// # Safety
+/// Needs AVX2.
+#[inline(always)]
+unsafe fn after(corners: __m256d) -> __m256d {
+    // SAFETY: as the caller promises.
+    unsafe { _mm256_permute4x64_pd::<0b01_00_10_01>(corners) }
+}
+
+/// # Safety
+/// Needs AVX2.
+#[inline(always)]
+unsafe fn first_three(x: __m256d) -> [f64; 3] {
+    // SAFETY: as the caller promises.
+    unsafe {
+        let low = _mm256_castpd256_pd128(x);
+        [
+            _mm_cvtsd_f64(low),
+            _mm_cvtsd_f64(_mm_unpackhi_pd(low, low)),
+            _mm_cvtsd_f64(_mm256_extractf128_pd::<1>(x)),
+        ]
+    }
+}
+
+/// A line through an edge or a corner, as far as `f64` can tell.
+#[cold]
+#[inline(never)]
+fn intersect_at_border(leaf: &PairLeaf, lane: usize, ray: &TreeRay) -> Option<[f32; 3]> {
+    triangle::intersect(&leaf.lane(lane), ray)
 }
 
 /// Storage that is neither cleared nor checked.
@@ -411,6 +632,13 @@ impl Links for UncheckedLinks {
         unsafe { self.0.get_unchecked(index).assume_init() }
     }
 }
+
+/// By axis: what takes vectors to where it is last, as `_mm_permutevar_ps` reads it. Padded so that no
+/// index needs a check.
+static TURNS: Turns = Turns([[1, 2, 0, 3], [2, 0, 1, 3], [0, 1, 2, 3], [0, 1, 2, 3]]);
+
+#[repr(align(16))]
+struct Turns([[i32; 4]; 4]);
 
 /// By mask: the lanes in it, in order.
 static FIRST_LANES: [[u8; 8]; 256] = {

@@ -1,0 +1,220 @@
+//! What a path tells a shader, and what becomes of the shader's questions.
+
+use kilauea_accel::{Ray, Visibility};
+use kilauea_bsdf::SeenBsdf;
+use kilauea_math::Spectrum;
+use kilauea_shading::{Scattered, Shade, Surface};
+use kilauea_spot::{Context, Program};
+use std::future::ready;
+use std::marker::PhantomData;
+
+use super::fault::{Step, Watch};
+use super::media::Media;
+use super::path::{PathIntegrator, RayCounts};
+use super::question::{Answer, Question};
+use super::walk::{Path, Vertex, power_heuristic};
+use crate::sampler::{Purpose, Sampler};
+
+/// A path at a vertex, as the shader there sees it.
+pub(super) struct PathShade<'v, 'a, P: Program, C: Context<P>, M, W, const CUTOUTS: bool> {
+    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, W>,
+    pub(super) vertex: &'v Vertex<'a, M>,
+    pub(super) path: &'v mut Path<M>,
+    pub(super) sampler: &'v Sampler<'v>,
+    pub(super) counts: &'v mut RayCounts,
+    pub(super) asked: &'v mut Asked<C::Reply>,
+    pub(super) cx: &'v C,
+    pub(super) program: PhantomData<P>,
+}
+
+/// What a shader's questions leave for the path. `R` is an answer on its way.
+pub(super) struct Asked<R> {
+    /// The fraction of light that the first surface scatters.
+    pub(super) albedo: Spectrum,
+    /// What the path hits next; none where it ends.
+    pub(super) next: Option<R>,
+}
+
+/// Light of one light, if nothing occludes it. `R` is an answer on its way.
+struct Direct<R> {
+    occluded: R,
+    /// What lobes scatter of it toward the viewer.
+    diffuse: Spectrum,
+    specular: Spectrum,
+}
+
+/// Shadow rays end this much before the light.
+const SHADOW_T_MAX: f32 = 1.0 - 1e-4;
+
+impl<R> Asked<R> {
+    pub(super) const NOTHING: Self = Self {
+        albedo: Spectrum::BLACK,
+        next: None,
+    };
+}
+
+impl<'v, 'a, P, C, M, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, W, CUTOUTS>
+where
+    P: Program<Question = Question, Answer = Answer>,
+    C: Context<P>,
+    M: Media,
+    W: Watch,
+{
+    #[inline]
+    fn surface(&self) -> &Surface<'_> {
+        &self.vertex.interaction.surface
+    }
+
+    #[inline]
+    fn direct_light(
+        &mut self,
+        bsdf: &SeenBsdf,
+    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, W, CUTOUTS> {
+        self.see_bsdf(bsdf);
+        let direct = self.sample_lights(bsdf);
+        async move {
+            let Some(direct) = direct else {
+                return Scattered::NOTHING;
+            };
+            if direct.occluded.await.is_occluded() {
+                return Scattered::NOTHING;
+            }
+            Scattered {
+                diffuse: direct.diffuse,
+                specular: direct.specular,
+                ..Scattered::NOTHING
+            }
+        }
+    }
+
+    #[inline]
+    fn indirect(
+        self,
+        bsdf: &SeenBsdf,
+    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, W, CUTOUTS> {
+        self.see_bsdf(bsdf);
+        let depth = self.vertex.depth;
+        let needs = &self.integrator.needs;
+        if depth == 0 && needs.surface_layers {
+            self.asked.albedo = bsdf.albedo();
+        }
+        // All that the last ray could find is light.
+        if depth + 1 == self.integrator.max_depth && !needs.met_lights() {
+            return ready(Scattered::NOTHING);
+        }
+        let is_alive = self.path.scatter(self.vertex, bsdf, self.sampler);
+        self.see_scattered();
+        if !is_alive {
+            return ready(Scattered::NOTHING);
+        }
+        self.counts.indirect += 1;
+        let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);
+        self.asked.next = Some(self.cx.ask(question));
+        ready(Scattered::BY_PATH)
+    }
+}
+
+impl<P, C, M, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, W, CUTOUTS>
+where
+    P: Program<Question = Question, Answer = Answer>,
+    C: Context<P>,
+    M: Media,
+    W: Watch,
+{
+    /// Estimates direct light by choosing a light (next-event estimation).
+    #[inline]
+    fn sample_lights(&mut self, bsdf: &SeenBsdf) -> Option<Direct<C::Reply>> {
+        let &PathIntegrator {
+            geometry,
+            lights,
+            textures,
+            needs,
+            ..
+        } = self.integrator;
+        let Vertex {
+            depth,
+            interaction,
+            passed,
+            ..
+        } = self.vertex;
+        if !needs.lights || !bsdf.has_smooth_lobes() {
+            return None;
+        }
+        let u_choice = if needs.light_choice {
+            self.sampler.pair(Purpose::Choice(*depth)).x
+        } else {
+            0.5
+        };
+        let u_light = self.sampler.pair(Purpose::Light(*depth));
+        let receiver = self.vertex.receiver();
+        let light = lights.sample(receiver, u_choice, u_light, geometry, textures)?;
+        let sample = &light.sample;
+        let eval = bsdf.eval(sample.wi);
+        self.see(Step::LightSample, || {
+            sample.wi.is_finite() && sample.radiance.is_finite() && !sample.pdf.is_nan()
+        });
+        self.see(Step::BsdfValue, || {
+            eval.total().is_finite() && !eval.pdf.is_nan()
+        });
+        let (diffuse, specular) = (eval.diffuse * light.diffuse, eval.specular * light.specular);
+        if diffuse.is_black() && specular.is_black() {
+            return None;
+        }
+        let shadow_ray = if sample.distance == f32::INFINITY {
+            interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::SHADOW)
+        } else {
+            // Aim from the moved origin at the chosen point.
+            let target = interaction.surface.p + sample.wi * sample.distance;
+            let ray = interaction.spawn_ray(sample.wi, SHADOW_T_MAX, Visibility::SHADOW);
+            Ray {
+                dir: target - ray.origin,
+                ..ray
+            }
+        };
+        let weight = if sample.is_delta {
+            1.0
+        } else {
+            power_heuristic(sample.pdf, eval.pdf)
+        };
+        self.counts.shadow += 1;
+        self.counts.invalid += u64::from(!shadow_ray.is_valid());
+        // Smooth lobes reflect, so the light comes through the medium in which the path came.
+        let media = &self.path.media;
+        let least_priority = media.least_priority(geometry);
+        let unabsorbed = media.transmittance(geometry, sample.distance) * *passed;
+        let radiance = sample.radiance * unabsorbed * (weight / sample.pdf);
+        self.see(Step::LightSample, || radiance.is_finite());
+        let question =
+            Question::occluded::<CUTOUTS>(&shadow_ray, least_priority, self.sampler, *depth);
+        Some(Direct {
+            occluded: self.cx.ask(question),
+            diffuse: radiance * diffuse,
+            specular: radiance * specular,
+        })
+    }
+    #[inline]
+    fn see(&self, step: Step, is_finite: impl FnOnce() -> bool) {
+        let Vertex {
+            depth, interaction, ..
+        } = self.vertex;
+        let watch = self.integrator.watch;
+        watch.see(step, *depth, Some(interaction.at), is_finite);
+    }
+
+    #[inline]
+    fn see_bsdf(&self, bsdf: &SeenBsdf) {
+        self.see(Step::Bsdf, || bsdf.albedo().is_finite());
+    }
+
+    #[inline]
+    fn see_scattered(&self) {
+        let throughput = &self.path.throughput;
+        self.see(Step::BsdfSample, || {
+            let last = throughput.last_diffuse + throughput.last_specular;
+            last.is_finite() && self.path.ray.dir.is_finite()
+        });
+        self.see(Step::Throughput, || {
+            throughput.total(self.vertex.depth).is_finite()
+        });
+    }
+}

@@ -1,0 +1,174 @@
+//! A path from vertex to vertex: the ray that is being traced, and what it knows of those before.
+
+use kilauea_accel::{Ray, Visibility};
+use kilauea_bsdf::SeenBsdf;
+use kilauea_film::PixelSample;
+use kilauea_math::Spectrum;
+use kilauea_math::hash::unit_f32;
+
+use super::cone::RayCone;
+use super::media::{Boundary, Media};
+use super::throughput::Throughput;
+use crate::geometry::Interaction;
+use crate::light::{Emitted, Receiver};
+use crate::sampler::{Purpose, Sampler};
+
+/// A path on its way.
+#[derive(Clone, Copy)]
+pub(super) struct Path<M> {
+    /// From where the path scattered last; what lies before `t_min` is passed already.
+    pub(super) ray: Ray,
+    pub(super) cone: RayCone,
+    /// The vertex that the ray left; none of the camera's ray.
+    pub(super) departure: Option<Departure>,
+    pub(super) throughput: Throughput,
+    pub(super) media: M,
+}
+
+/// The vertex that a ray left, as far as multiple importance sampling needs it.
+#[derive(Clone, Copy)]
+pub(super) struct Departure {
+    receiver: Receiver,
+    /// Density of the direction; irrelevant where no light sampling could have found it.
+    pdf: f32,
+    is_delta: bool,
+}
+
+/// Where a path scatters.
+pub(super) struct Vertex<'a, M> {
+    /// Scattering events before.
+    pub(super) depth: u32,
+    pub(super) interaction: Interaction<'a>,
+    /// Fraction of light that passed on the way from the vertex before.
+    pub(super) passed: Spectrum,
+    /// None on surfaces that bound no medium.
+    pub(super) boundary: Option<Boundary<M>>,
+}
+
+/// Paths may end by Russian roulette after this many scattering events.
+const MIN_ROULETTE_DEPTH: u32 = 3;
+
+impl<M> Vertex<'_, M> {
+    /// The point as lights see it.
+    #[inline]
+    pub(super) fn receiver(&self) -> Receiver {
+        let surface = &self.interaction.surface;
+        Receiver {
+            p: surface.p,
+            n: if surface.ns.dot(surface.wo) < 0.0 {
+                -surface.ns
+            } else {
+                surface.ns
+            },
+        }
+    }
+}
+
+impl<M: Media> Path<M> {
+    /// Where light sampling could have found what the ray meets.
+    #[inline]
+    pub(super) fn receiver(&self) -> Option<Receiver> {
+        self.departure.filter(|d| !d.is_delta).map(|d| d.receiver)
+    }
+
+    /// Chooses where the path goes on; false where it ends.
+    #[inline]
+    pub(super) fn scatter(
+        &mut self,
+        vertex: &Vertex<'_, M>,
+        bsdf: &SeenBsdf,
+        sampler: &Sampler<'_>,
+    ) -> bool {
+        let depth = vertex.depth;
+        let u_lobe = if bsdf.has_one_lobe() {
+            0.5
+        } else {
+            sampler.pair(Purpose::Choice(depth)).y
+        };
+        let u_direction = sampler.pair(Purpose::Direction(depth));
+        let u = [u_lobe, u_direction.x, u_direction.y];
+        let Some(sample) = bsdf.sample(u) else {
+            return false;
+        };
+        let throughput = &mut self.throughput;
+        throughput.scatter(
+            depth,
+            sample.diffuse * vertex.passed,
+            sample.specular * vertex.passed,
+        );
+        self.departure = Some(Departure {
+            receiver: vertex.receiver(),
+            pdf: sample.pdf,
+            is_delta: sample.is_delta,
+        });
+        if !sample.is_delta {
+            self.cone.scatter(sample.roughness);
+        }
+
+        // End dim paths by chance.
+        if depth + 1 >= MIN_ROULETTE_DEPTH {
+            let survival = throughput.total(depth).max_channel();
+            if survival < 1.0 {
+                let survival = survival.max(0.05);
+                if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
+                    return false;
+                }
+                throughput.scale_last(depth, Spectrum::splat(1.0 / survival));
+            }
+        } else if throughput.total(depth).is_black() {
+            return false;
+        }
+        if sample.is_transmission
+            && let Some(boundary) = &vertex.boundary
+        {
+            self.media.cross(boundary);
+        }
+        self.media.depart();
+        let interaction = &vertex.interaction;
+        self.ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
+        true
+    }
+
+    /// Adds emission met by the ray, which left its vertex after `depth` events, of which the
+    /// fraction `passed` arrives.
+    #[inline]
+    pub(super) fn add_emitted(
+        &self,
+        out: &mut PixelSample,
+        depth: u32,
+        emitted: &Emitted,
+        passed: Spectrum,
+    ) {
+        let radiance = emitted.radiance * passed;
+        let Some(departure) = self.departure else {
+            if emitted.visible_to_camera {
+                out.emission += radiance;
+            }
+            return;
+        };
+        let weight = if departure.is_delta {
+            1.0
+        } else {
+            power_heuristic(departure.pdf, emitted.pdf)
+        };
+        let throughput = &self.throughput;
+        let radiance = radiance * weight;
+        throughput.add(
+            out,
+            depth,
+            radiance * (throughput.last_diffuse * emitted.diffuse),
+            radiance * (throughput.last_specular * emitted.specular),
+        );
+    }
+}
+
+/// Veach's power heuristic with exponent two, for one sample of each strategy.
+#[inline]
+pub(super) fn power_heuristic(pdf: f32, other_pdf: f32) -> f32 {
+    if pdf == f32::INFINITY {
+        return 1.0;
+    }
+    // The ratio first: squares of large densities overflow.
+    let ratio = other_pdf / pdf;
+    1.0 / (1.0 + ratio * ratio)
+}

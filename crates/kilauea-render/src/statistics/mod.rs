@@ -1,0 +1,9 @@
+//! What is drawn for a path, against the densities stated for it: lights and the choice among
+//! them, the lens, the shutter, and the numbers behind all.
+
+mod camera;
+mod faults;
+mod lights;
+mod lit;
+mod many_lights;
+mod numbers;

@@ -1,0 +1,139 @@
+"""LuxCore, as set up here, against closed forms."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from scene_writer import SceneWriter, camera, constant_material, light, look_down, pointing_down
+
+CACHE = Path(os.environ.get("KILAUEA_CACHE", Path.home() / ".cache/kilauea"))
+PYTHON = Path(os.environ.get("KILAUEA_LUXCORE_PYTHON", CACHE / "luxcore-env/bin/python"))
+SCRIPT = Path(__file__).parents[1] / "luxcore_render.py"
+ALBEDO = 0.8
+
+pytestmark = pytest.mark.skipif(
+    not PYTHON.exists(), reason="no LuxCore: `kilauea bench` has not made its environment yet"
+)
+
+
+def run(folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [str(PYTHON), str(SCRIPT), str(folder), str(folder / "out.exr")]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def render(folder: Path) -> np.ndarray:
+    done = run(folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return oiio.ImageBuf(str(folder / "out.exr")).get_pixels(oiio.FLOAT)[..., :3]
+
+
+@pytest.mark.parametrize(
+    ("shape", "height", "irradiance", "seen"),
+    [
+        ({"type": "disk", "radius": 0.5}, 1.0, math.pi * 0.25 / 1.25, True),
+        ({"type": "sphere", "radius": 0.5}, 2.0, math.pi * 0.25 / 4.0, False),
+        ({"type": "distant", "angle_degrees": 0.0}, 0.0, 1.0, True),
+        ({"type": "distant", "angle_degrees": 60.0}, 0.0, math.pi * 0.25, True),
+        ({"type": "dome"}, 0.0, math.pi, True),
+    ],
+    ids=["disk", "sphere", "delta sun", "wide sun", "dome"],
+)
+def test_irradiance_under_a_light(
+    tmp_path: Path, shape: dict, height: float, irradiance: float, seen: bool
+) -> None:
+    writer = SceneWriter(tmp_path)
+    writer.record["materials"] = [constant_material("Matte", albedo=[ALBEDO] * 3)]
+    writer.floor()
+    # The camera looks under the light, which would be in its way.
+    writer.record["camera"] = camera(look_down(0.4))
+    above = light(shape, pointing_down(height), radiance=[4.0, 2.0, 1.0], visible_to_camera=seen)
+    writer.record["lights"] = [above]
+    writer.record["settings"]["samples_per_pixel"] = 1024
+    mean = render(writer.write()).reshape(-1, 3).mean(axis=0)
+    expected = ALBEDO * irradiance / math.pi * np.array([4.0, 2.0, 1.0])
+    np.testing.assert_allclose(mean, expected, rtol=0.01)
+
+
+def test_screen_window_and_dome_orientation(tmp_path: Path) -> None:
+    """The camera looks along +z, at the middle of the dome's image, and its right is -x."""
+    writer = SceneWriter(tmp_path)
+    turned = np.diag([-1.0, 1.0, -1.0, 1.0])
+    writer.record["camera"] = camera(turned, screen_window=[-0.5, -0.5, 0.5, 0.5])
+    # Lowest row first: red above the middle and to the left of it.
+    texels = np.zeros((16, 32, 3), np.float32)
+    texels[8:, :16, 0] = 1.0
+    dome = light({"type": "dome"}, np.eye(4), texture=writer.texture((0, texels)))
+    writer.record["lights"] = [dome]
+    writer.record["settings"] |= {"samples_per_pixel": 64}
+    image = render(writer.write())
+    corners = {(y, x): float(image[y, x, 0]) for y in (1, 6) for x in (1, 6)}
+    assert corners == pytest.approx(dome_seen_at_corners(texels), abs=0.05)
+    assert set(corners.values()) == {0.0, 1.0}
+
+
+def dome_seen_at_corners(texels: np.ndarray) -> dict[tuple[int, int], float]:
+    """Look the dome up by USD's rule: the middle is +z, and +x lies to the left of it."""
+    height, width, _ = texels.shape
+    seen = {}
+    for y in (1, 6):
+        for x in (1, 6):
+            right, up = (x + 0.5) / 8.0 - 0.5, 0.5 - (y + 0.5) / 8.0
+            direction = np.array([-right, up, 1.0])
+            direction /= np.linalg.norm(direction)
+            s = 0.5 - math.atan2(direction[0], direction[2]) / (2.0 * math.pi)
+            t = 1.0 - math.acos(direction[1]) / math.pi
+            seen[y, x] = float(texels[int(t * height), int(s * width), 0])
+    return seen
+
+
+def test_mirror_reflects_its_tint(tmp_path: Path) -> None:
+    """In a white furnace a mirror has its tint."""
+    writer = SceneWriter(tmp_path)
+    tint = [0.9, 0.6, 0.3]
+    writer.record["materials"] = [constant_material("Mirror", tint=tint)]
+    writer.floor()
+    writer.record["lights"] = [light({"type": "dome"}, np.eye(4))]
+    writer.record["settings"] |= {"max_depth": 4}
+    image = render(writer.write())
+    np.testing.assert_allclose(image.reshape(-1, 3).mean(axis=0), tint, rtol=1e-3)
+
+
+@pytest.mark.parametrize("max_depth", [1, 2])
+def test_depth_counts_as_ours(tmp_path: Path, max_depth: int) -> None:
+    """In a closed box that shines evenly from a small lamp, each bounce adds its own light."""
+    writer = SceneWriter(tmp_path)
+    writer.inward_box(constant_material("Matte", albedo=[0.5] * 3))
+    lamp = light({"type": "sphere", "radius": 0.01}, np.eye(4), visible_to_camera=False)
+    writer.record["lights"] = [lamp | {"radiance": [1e4] * 3}]
+    writer.record["settings"] |= {"max_depth": max_depth, "samples_per_pixel": 2048}
+    mean = float(render(writer.write()).mean())
+    direct = direct_light_of_a_wall()
+    if max_depth == 1:
+        assert mean == pytest.approx(direct, rel=0.01)
+    else:
+        assert 1.2 * direct < mean < 1.8 * direct
+
+
+def direct_light_of_a_wall() -> float:
+    """Average what a lamp in the middle gives a wall at distance one, over the wall."""
+    x, y = np.meshgrid(*[(np.arange(8) + 0.5) / 4.0 - 1.0] * 2)
+    # Finer than a pixel, which is a quarter wide.
+    offsets = (np.arange(16) + 0.5) / 64.0 - 0.125
+    squares = [(x + a) ** 2 + (y + b) ** 2 + 1.0 for a in offsets for b in offsets]
+    cosine_over_square = np.mean([square**-1.5 for square in squares])
+    return float(0.5 / math.pi * 1e4 * math.pi * 0.01**2 * cosine_over_square)
+
+
+def test_says_what_it_does_not_cover(tmp_path: Path) -> None:
+    writer = SceneWriter(tmp_path)
+    shape = {"type": "cylinder", "radius": 1.0, "length": 1.0}
+    writer.record["lights"] = [light(shape, np.eye(4))]
+    done = run(writer.write())
+    assert done.returncode == 3
+    assert "cylinder" in done.stderr

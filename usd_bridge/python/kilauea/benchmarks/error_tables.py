@@ -1,0 +1,116 @@
+"""The report of `kilauea bench error` as Markdown."""
+
+from __future__ import annotations
+
+from statistics import geometric_mean
+from typing import Any
+
+from kilauea.benchmarks.markdown import conditions, table
+from kilauea.benchmarks.summary import BASELINE, CLOCKS
+
+Report = dict[str, Any]
+
+SHOWN = ("kilauea", "path")
+"""Engines whose ratios make the headline; the first that a stage has."""
+_CLOCK_NAMES = {
+    "seconds": "whole command",
+    "render_s": "rendering",
+    "cpu_s": "processor time",
+}
+
+
+def headline(report: Report) -> str:
+    """Say per stage how our error compares with the baseline's at equal time."""
+    lines = []
+    for stage in stages(report):
+        found = {row["engine"]: row for row in report["summary"] if row["stage"] == stage}
+        ours = next((found[engine] for engine in SHOWN if engine in found), None)
+        if ours is None or BASELINE not in found:
+            continue
+        lines.append(
+            {
+                "stage": f"`{stage}`",
+                "seconds": found[BASELINE]["seconds"],
+                **{_CLOCK_NAMES[clock]: ours[f"ratio_{clock}"] for clock in CLOCKS},
+                "time to its error": ours["time_ratio"],
+                "measured against": AGAINST[ours["reference"]],
+            }
+        )
+    if not lines:
+        return "No stage was rendered by both."
+    lines.append({"stage": "geometric mean", **means(lines)})
+    return f"{conditions(report)}\n\n{table(lines)}"
+
+
+AGAINST = {"agreed": "an image that two engines agree on", "own": "each engine's own image"}
+
+
+def means(lines: list[dict[str, Any]]) -> dict[str, float]:
+    """Average the ratios of all stages."""
+    columns = (*(_CLOCK_NAMES[clock] for clock in CLOCKS), "time to its error")
+    present = {name: [line[name] for line in lines if line[name]] for name in columns}
+    return {name: geometric_mean(values) for name, values in present.items() if values}
+
+
+def comparison(report: Report) -> str:
+    """Tell what each engine did at each stage in its longest time."""
+    columns = {
+        "stage": "stage",
+        "engine": "engine",
+        "samples": "samples",
+        "load_s": "load, s",
+        "build_s": "build, s",
+        "render_s": "render, s",
+        "seconds": "whole, s",
+        "relMSE": "relMSE",
+        "trimmed_relMSE": "trimmed",
+        "FLIP": "FLIP",
+        "variance": "variance",
+        "bias_squared": "bias²",
+        "efficiency": "1/(MSE t)",
+        "slope": "slope",
+        "Msamples_per_s": "Msamples/s",
+        "Mrays_per_s": "Mrays/s",
+        "peak_MB": "MB",
+    }
+    return table(
+        [{title: row[name] for name, title in columns.items()} for row in report["summary"]]
+    )
+
+
+def references(report: Report) -> str:
+    """Tell on what the engines of each stage were found to agree, or by how much they differ."""
+    lines = []
+    for stage in report["stages"]:
+        for test in stage.get("reference", {}).get("tests", []):
+            ratios = " ".join(f"{ratio:.3f}" for ratio in test["mean_ratio"])
+            lines.append(
+                {
+                    "stage": f"`{stage['stage']}`",
+                    "engines": ", ".join(test["engines"]),
+                    "tiles that differ": f"{test['n_rejected']} of {test['n_tests']}",
+                    "smallest p": test["smallest_p"],
+                    "standard error": test["standard_error"],
+                    "ratio of the means": ratios,
+                    "reference": "this pair" if test["agrees"] else "",
+                }
+            )
+    return table(lines)
+
+
+def not_expressed(report: Report) -> str:
+    """List the engines that took no part, and what others did not take over."""
+    lines = []
+    for stage in report["stages"]:
+        name = stage["stage"]
+        for engine, reason in stage.get("skipped", {}).items():
+            lines.append(f"- `{name}`, {engine}: {reason.rpartition('unsupported: ')[2]}")
+        for engine, warnings in stage.get("notes", {}).items():
+            more = f" and {len(warnings) - 1} more" if len(warnings) > 1 else ""
+            lines.append(f"- `{name}`, {engine} renders without: {warnings[0]}{more}")
+    return "\n".join(lines) or "Every engine rendered every stage."
+
+
+def stages(report: Report) -> list[str]:
+    """Return the names of the stages that have rows."""
+    return list(dict.fromkeys(row["stage"] for row in report["summary"]))

@@ -1,0 +1,95 @@
+"""The image that all engines are measured against: one on which two engines agree.
+
+No engine of ours decides alone. Where no two engines agree, because they model materials
+differently, each engine is measured against its own converged image: that tells its noise, which
+is its whole error where it has no bias, and nothing about which of the images is right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+from kilauea.benchmarks.agreement import Agreement, compare_engines
+from kilauea.benchmarks.converged import Converged
+from kilauea.benchmarks.engines import OURS
+from kilauea.benchmarks.image_error import Pixels
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """An image and how far it can be trusted."""
+
+    mean: Pixels
+    variance_of_mean: Pixels
+
+
+@dataclass(frozen=True, slots=True)
+class References:
+    """What each engine is measured against, and why."""
+
+    agreed: Reference | None
+    agreed_by: tuple[str, str] | None
+    images: dict[str, Converged]
+    """The converged images of the engines that were asked."""
+    tests: list[Agreement]
+    """Of all pairs that were tested."""
+
+    def of(self, engine: str) -> Reference:
+        """Return what an engine is measured against."""
+        if self.agreed is not None:
+            return self.agreed
+        own = self.images[engine]
+        return Reference(own.mean, own.variance_of_mean)
+
+    def record(self) -> dict[str, Any]:
+        """Return what a ledger says of it."""
+        return {
+            "kind": "agreed" if self.agreed else "own",
+            "by": self.agreed_by,
+            "images": [image.record() for image in self.images.values()],
+            "tests": [test.record() for test in self.tests],
+        }
+
+
+def find_references(engines: Sequence[str], converge: Callable[[str], Converged]) -> References:
+    """Look for two engines that agree, those of others first.
+
+    Parameters
+    ----------
+    engines
+        Those that can render the stage.
+    converge
+        Renders the converged image of an engine.
+    """
+    images: dict[str, Converged] = {}
+    tests: list[Agreement] = []
+    for pair in pairs(engines):
+        for engine in pair:
+            if engine not in images:
+                images[engine] = converge(engine)
+        a, b = (images[engine] for engine in pair)
+        tests.append(compare_engines(pair, a.tiles, b.tiles))
+        if tests[-1].agrees:
+            mean = 0.5 * (a.mean + b.mean)
+            variance = 0.25 * (a.variance_of_mean + b.variance_of_mean)
+            return References(Reference(mean, variance), pair, images, tests)
+    for engine in engines:
+        if engine not in images:
+            images[engine] = converge(engine)
+    return References(None, None, images, tests)
+
+
+def pairs(engines: Sequence[str]) -> list[tuple[str, str]]:
+    """Return the pairs that may decide, in order: none is of our engines alone."""
+    others = [engine for engine in engines if engine not in OURS]
+    ours = [engine for engine in engines if engine in OURS]
+    between = [pair for pair in combinations(others, 2) if len({*map(family, pair)}) == 2]
+    return [*between, *((other, our) for other in others for our in ours)]
+
+
+def family(engine: str) -> str:
+    """Return the engine of which a name may be a variant."""
+    return engine.partition("-")[0]
