@@ -1,29 +1,31 @@
-//! A frame as engine threads see it: the program that they run, and where its results go.
+//! A frame as engine threads see it: how it is run, and where its results go.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use kilauea_film::{Film, Filter, PixelSample};
-use kilauea_math::Vec2;
+use kilauea_film::{Film, Filter};
 use kilauea_scene::{RenderSettings, Shading};
-use kilauea_spot::{
-    Bytes, Context, Engine, Job, Pool, Program, Queue, RunError, Runtime, Server, Stats,
-};
+use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server};
 
 use crate::RenderError;
 use crate::camera::RayGenerator;
-use crate::integrator::{Answer, Blame, PathIntegrator, Question, RayCounts, RayTracer};
+use crate::conditions::Conditions;
+use crate::integrator::{Blame, PathIntegrator, RayCounts, RayTracer};
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
+use crate::plain::run_plain;
 use crate::prepared::PreparedScene;
-use crate::sampler::{Purpose, SamplerTables};
+use crate::program::{PassesJob, PixelProgram, Sampled};
+use crate::sampler::SamplerTables;
+use crate::samples::PixelSampler;
+use crate::shades::Shades;
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
 pub(crate) struct Frame {
     pub(crate) prepared: Arc<PreparedScene>,
     pub(crate) settings: RenderSettings,
+    pub(crate) conditions: Conditions,
     pub(crate) needs: SceneNeeds,
     pub(crate) film: Film,
     pub(crate) filter: Filter,
@@ -48,30 +50,7 @@ pub(crate) struct Outcome {
     pub(crate) counts: RayCounts,
     pub(crate) error: Option<RenderError>,
     pub(crate) render_secs: f64,
-    /// Highest in any run.
-    pub(crate) shade_bytes_peak: usize,
-}
-
-/// The program: a SPOT takes the samples of some pixels, one after the other.
-///
-/// A path has one ray to follow and one light to look at, so its vertices need no SPOTs of their
-/// own: they would only hand on its throughput.
-struct PixelProgram<'f, const CUTOUTS: bool> {
-    frame: &'f Frame,
-    integrator: PathIntegrator<'f, CUTOUTS>,
-}
-
-/// What a SPOT did.
-pub(crate) struct Sampled {
-    n_pixels: u32,
-    counts: RayCounts,
-}
-
-/// Some passes, cut into roots of so many pixels.
-struct PassesJob<'f> {
-    frame: &'f Frame,
-    passes: Range<u32>,
-    n_pixels: u32,
+    pub(crate) shades: Shades,
 }
 
 impl Frame {
@@ -98,7 +77,12 @@ impl Frame {
 
     fn run_passes<const CUTOUTS: bool>(&self) -> Result<(), RunError> {
         let prepared = &*self.prepared;
-        let program = PixelProgram {
+        let tracer = RayTracer::<CUTOUTS> {
+            geometry: &prepared.geometry,
+            textures: &prepared.textures,
+            blame: &self.blame,
+        };
+        let sampler = PixelSampler {
             frame: self,
             integrator: PathIntegrator::<CUTOUTS> {
                 geometry: &prepared.geometry,
@@ -110,24 +94,25 @@ impl Frame {
                 blame: &self.blame,
             },
         };
-        let tracer = RayTracer::<CUTOUTS> {
-            geometry: &prepared.geometry,
-            textures: &prepared.textures,
-            blame: &self.blame,
+        let all_passes = PassesJob {
+            frame: self,
+            passes: 0..self.passes.n_passes(),
+            n_pixels: TILE_SIZE * TILE_SIZE,
         };
-        let engine = Engine::new(self.n_threads)
-            .budget_bytes(usize::try_from(self.settings.shade_memory_bytes).unwrap_or(usize::MAX));
+        if self.conditions.plain_loop {
+            return run_plain(&sampler, &tracer, &all_passes, self.n_threads);
+        }
+        let program = PixelProgram { sampler };
+        let max_delay = Duration::from_secs_f64(self.conditions.answer_delay_ms.max(0.0) / 1e3);
         match self.settings.shading {
-            Shading::Inline => {
-                let job = PassesJob {
-                    frame: self,
-                    passes: 0..self.passes.n_passes(),
-                    n_pixels: TILE_SIZE * TILE_SIZE,
-                };
-                engine.run_inline(&program, &tracer, &job).map(drop)
+            Shading::Inline => Engine::new(self.n_threads)
+                .run_inline(&program, &tracer, &all_passes)
+                .map(drop),
+            Shading::Queued if !max_delay.is_zero() => {
+                self.run_queued(&program, &Delayed::new(&tracer, max_delay))
             }
-            Shading::Queued => self.run_queued(&engine, &program, &Queue::new(&tracer)),
-            Shading::Bytes => self.run_queued(&engine, &program, &Bytes::new(&tracer)),
+            Shading::Queued => self.run_queued(&program, &Queue::new(&tracer)),
+            Shading::Bytes => self.run_queued(&program, &Bytes::new(&tracer)),
         }
     }
 
@@ -135,10 +120,17 @@ impl Frame {
     /// root, so that many are under way.
     fn run_queued<P: Program<Output = Sampled, Work = PixelRun>>(
         &self,
-        engine: &Engine,
         program: &P,
         server: &impl Server<P>,
     ) -> Result<(), RunError> {
+        let memory = usize::try_from(self.settings.shade_memory_bytes).unwrap_or(usize::MAX);
+        let engine = Engine::new(self.n_threads);
+        let engine = if self.conditions.first_come {
+            // A pixel leads to no SPOTs but its own, so it is the budget that holds back pixels.
+            engine.order(Order::FirstCome).budget_bytes(usize::MAX)
+        } else {
+            engine.budget_bytes(memory)
+        };
         for pass in 0..self.passes.n_passes() {
             let job = PassesJob {
                 frame: self,
@@ -146,14 +138,9 @@ impl Frame {
                 n_pixels: 1,
             };
             let stats = engine.run_queued(program, server, self.n_threads, &job)?;
-            self.note_memory(&stats);
+            self.lock_outcome().shades.add(&stats);
         }
         Ok(())
-    }
-
-    fn note_memory(&self, stats: &Stats) {
-        let peak = &mut self.lock_outcome().shade_bytes_peak;
-        *peak = stats.peak_bytes().max(*peak);
     }
 
     /// What a failed run means for the frame; nothing if it was told to stop.
@@ -169,140 +156,11 @@ impl Frame {
         }
     }
 
-    fn is_cancelled(&self) -> bool {
+    pub(crate) fn is_cancelled(&self) -> bool {
         self.is_cancelled.load(Ordering::Relaxed)
     }
 
-    fn is_late(&self) -> bool {
+    pub(crate) fn is_late(&self) -> bool {
         self.deadline.is_some_and(|d| Instant::now() >= d)
-    }
-}
-
-impl<const CUTOUTS: bool> Program for PixelProgram<'_, CUTOUTS> {
-    type Work = PixelRun;
-    type Output = Sampled;
-    type Question = Question;
-    type Answer = Answer;
-
-    fn starter<'a, R: Runtime<'a, Self>>(
-        &'a self,
-        runtime: &R,
-    ) -> impl Fn(PixelRun, R::Context) -> R::Started {
-        let pixels = runtime.pool();
-        move |run, cx| pixels.start("a pixel's samples", self.sample_pixels(run, cx))
-    }
-}
-
-impl<const CUTOUTS: bool> PixelProgram<'_, CUTOUTS> {
-    /// Takes the samples that some pixels get in a pass, and adds them to the film.
-    async fn sample_pixels<C: Context<Self>>(&self, run: PixelRun, cx: C) -> Sampled {
-        let frame = self.frame;
-        // Others may wait for these pixels.
-        let _stop = StopOnPanic(frame);
-        let mut sampled = Sampled {
-            n_pixels: 0,
-            counts: RayCounts::default(),
-        };
-        for pixel_idx in run.pixels {
-            if frame.is_cancelled() {
-                break;
-            }
-            let pixel = frame.passes.pixel(run.tile, pixel_idx);
-            let sequence = frame.sampler.pixel(pixel);
-            let center = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
-            for sample_idx in frame.passes.samples(run.pass) {
-                let sampler = sequence.sampler(sample_idx);
-                let offset = frame.filter.sample(sampler.pair(Purpose::Filter));
-                let lens = if frame.needs.lens {
-                    sampler.pair(Purpose::Lens)
-                } else {
-                    Vec2::splat(0.5)
-                };
-                let time = if frame.needs.motion {
-                    sampler.pair(Purpose::Time).x
-                } else {
-                    0.0
-                };
-                let ray = frame.camera.ray(center + offset, lens, time);
-                let counts = &mut sampled.counts;
-                let mut sample = self
-                    .integrator
-                    .trace(&ray, &frame.camera, &sampler, counts, &cx)
-                    .await;
-                sample.offset_sq = offset.length_squared();
-                let exposure = frame.prepared.scene.camera.exposure_scale;
-                if exposure != 1.0 {
-                    expose(&mut sample, exposure);
-                }
-                frame
-                    .film
-                    .tile(run.tile as usize)
-                    .add(pixel_idx as usize, &sample);
-            }
-            sampled.n_pixels += 1;
-        }
-        sampled
-    }
-}
-
-/// Stops a frame whose code panicked.
-struct StopOnPanic<'f>(&'f Frame);
-
-impl Drop for StopOnPanic<'_> {
-    fn drop(&mut self) {
-        if std::thread::panicking() {
-            self.0.is_cancelled.store(true, Ordering::Relaxed);
-        }
-    }
-}
-
-impl PassesJob<'_> {
-    fn run(&self, number: u64) -> Option<PixelRun> {
-        self.frame.passes.run(&self.passes, self.n_pixels, number)
-    }
-}
-
-impl<P: Program<Work = PixelRun, Output = Sampled>> Job<P> for PassesJob<'_> {
-    fn root(&self, number: u64) -> Option<PixelRun> {
-        if self.frame.is_late() {
-            return None;
-        }
-        let run = self.run(number)?;
-        // With fewer tiles than threads the previous pass may still be under way: sums must be
-        // made in order. Its thread never waits for this one.
-        while !self.frame.passes.is_turn_of(run.pass, run.tile) {
-            if self.frame.is_cancelled() || self.frame.is_late() {
-                return None;
-            }
-            std::thread::yield_now();
-        }
-        Some(run)
-    }
-
-    fn done(&self, number: u64, sampled: Sampled) {
-        let Some(run) = self.run(number) else { return };
-        let frame = self.frame;
-        frame.lock_outcome().counts.add(sampled.counts);
-        let n_samples = u64::from(sampled.n_pixels) * frame.passes.samples(run.pass).len() as u64;
-        frame.pixels_sampled.fetch_add(n_samples, Ordering::Relaxed);
-        frame.passes.note_done(run.tile, sampled.n_pixels);
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.frame.is_cancelled()
-    }
-}
-
-/// Scales all light of a sample.
-fn expose(sample: &mut PixelSample, exposure: f32) {
-    for light in [
-        &mut sample.beauty,
-        &mut sample.emission,
-        &mut sample.direct_diffuse,
-        &mut sample.direct_specular,
-        &mut sample.indirect_diffuse,
-        &mut sample.indirect_specular,
-    ] {
-        *light *= exposure;
     }
 }

@@ -6,6 +6,7 @@
 
 mod camera;
 mod check;
+mod conditions;
 mod error;
 mod frame;
 mod geometry;
@@ -14,13 +15,19 @@ mod job;
 mod light;
 mod needs;
 mod passes;
+mod plain;
 mod prepared;
+mod program;
 mod sampler;
+mod samples;
+mod shades;
 mod stats;
 
+pub use conditions::Conditions;
 pub use error::RenderError;
 pub use geometry::View;
 pub use job::{RenderJob, RenderResult};
 pub use needs::SceneNeeds;
 pub use prepared::{PrepareOptions, PreparedScene};
+pub use shades::ShadeStats;
 pub use stats::{RenderStats, peak_rss_bytes};

@@ -4,6 +4,7 @@ use kilauea_scene::Scene;
 use serde::Serialize;
 
 use crate::integrator::RayCounts;
+use crate::shades::ShadeStats;
 
 /// Statistics of one frame, in the form of the stats file.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -22,6 +23,8 @@ pub struct RenderStats {
     pub rays: Rays,
     /// Bytes.
     pub memory: Memory,
+    /// Shades that waited for answers.
+    pub shades: ShadeStats,
     /// Texture tiles.
     pub textures: Textures,
     /// Size of the scene.

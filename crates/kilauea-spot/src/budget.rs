@@ -10,6 +10,8 @@ pub(crate) struct Budget {
     peak_bytes: usize,
     n_spots: usize,
     peak_spots: usize,
+    n_questions: usize,
+    questions_at_peak: usize,
     n_roots: usize,
     window: usize,
 }
@@ -37,6 +39,8 @@ impl Budget {
             peak_bytes: 0,
             n_spots: 0,
             peak_spots: 0,
+            n_questions: 0,
+            questions_at_peak: 0,
             n_roots: 0,
             window: FIRST_WINDOW,
         }
@@ -48,6 +52,11 @@ impl Budget {
 
     pub(crate) fn peak_spots(&self) -> usize {
         self.peak_spots
+    }
+
+    /// Questions that were asked and not read when most bytes were in flight.
+    pub(crate) fn questions_at_peak(&self) -> usize {
+        self.questions_at_peak
     }
 
     /// Whether the whole share is not used yet; what [`Order::FirstCome`](crate::Order) asks for.
@@ -92,10 +101,25 @@ impl Budget {
         self.n_spots -= 1;
     }
 
+    /// A question is asked.
+    pub(crate) fn begin_question(&mut self, bytes: usize) {
+        self.n_questions += 1;
+        self.charge(bytes);
+    }
+
+    /// The answer was read, or given up.
+    pub(crate) fn end_question(&mut self, bytes: usize) {
+        self.n_questions -= 1;
+        self.release(bytes);
+    }
+
     /// Counts memory.
     pub(crate) fn charge(&mut self, bytes: usize) {
         self.bytes += bytes;
-        self.peak_bytes = self.peak_bytes.max(self.bytes);
+        if self.bytes > self.peak_bytes {
+            self.peak_bytes = self.bytes;
+            self.questions_at_peak = self.n_questions;
+        }
         // Once for all roots that are in flight now: not again before half of them have ended.
         if self.n_roots <= self.window && self.pressure() > Pressure::Start {
             self.window = (self.n_roots / 2).max(1);

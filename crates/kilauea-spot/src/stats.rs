@@ -31,6 +31,8 @@ pub struct ThreadStats {
     pub peak_bytes: usize,
     /// Most SPOTs in flight.
     pub peak_spots: usize,
+    /// Questions asked and not read when most bytes were in flight.
+    pub questions_at_peak: usize,
     /// From start to end.
     pub total: Duration,
     /// Waited while there were roots left to admit.

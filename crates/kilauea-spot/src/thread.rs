@@ -358,6 +358,7 @@ where
         self.stats.n_questions = lane.n_questions;
         self.stats.peak_bytes = lane.budget.peak_bytes();
         self.stats.peak_spots = lane.budget.peak_spots();
+        self.stats.questions_at_peak = lane.budget.questions_at_peak();
         self.stats.n_cells = self.runtime.n_cells();
         self.stats.total = start.elapsed();
         drop(lane);

@@ -2,10 +2,9 @@
 
 use std::time::Duration;
 
-use kilauea_spot::{Engine, Order, Queue, Server, Stats, ThreadStats};
+use kilauea_spot::{Delayed, Engine, Order, Queue, Server, Stats, ThreadStats};
 
 use crate::shade::expect;
-use crate::support::delayed::Delayed;
 use crate::support::hall::{Geometry, Hall, Node};
 use crate::support::outputs::Outputs;
 
@@ -26,10 +25,7 @@ pub(crate) fn report_memory() {
         "budget", "answers", "order", "peak MiB", "of budget", "SPOTs", "seconds"
     );
     let now = Queue::new(&Geometry);
-    let later = Delayed {
-        answerer: &Geometry,
-        max_delay: Duration::from_millis(10),
-    };
+    let later = Delayed::new(&Geometry, Duration::from_millis(10));
     for budget_mib in [16, 64, 256] {
         let budget = budget_mib << 20;
         // All roots together would take twelve times the budget.
@@ -74,10 +70,7 @@ pub(crate) fn report_delays() {
     );
     for budget_mib in [16, 64, 256] {
         let job = Outputs::new(n_roots, Node::Entrance);
-        let server = Delayed {
-            answerer: &Geometry,
-            max_delay: Duration::from_millis(10),
-        };
+        let server = Delayed::new(&Geometry, Duration::from_millis(10));
         let engine = Engine::new(2).budget_bytes(budget_mib << 20);
         let stats = expect(engine.run_queued(&hall, &server, 1, &job));
         println!(
