@@ -14,6 +14,6 @@ pub struct Conditions {
     /// them wait for. Where shades wait, memory grows with the picture.
     pub first_come: bool,
     /// Hold each answer back for a random time up to this many milliseconds, so that answers
-    /// arrive late and in any order. 0 is not at all; only where shades wait.
+    /// arrive late and in any order; 0, or what is no time, is not at all. Only where shades wait.
     pub answer_delay_ms: f64,
 }

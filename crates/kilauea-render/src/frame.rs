@@ -103,7 +103,8 @@ impl Frame {
             return run_plain(&sampler, &tracer, &all_passes, self.n_threads);
         }
         let program = PixelProgram { sampler };
-        let max_delay = Duration::from_secs_f64(self.conditions.answer_delay_ms.max(0.0) / 1e3);
+        let delay_secs = self.conditions.answer_delay_ms / 1e3;
+        let max_delay = Duration::try_from_secs_f64(delay_secs).unwrap_or_default();
         match self.settings.shading {
             Shading::Inline => Engine::new(self.n_threads)
                 .run_inline(&program, &tracer, &all_passes)

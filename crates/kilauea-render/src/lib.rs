@@ -29,5 +29,4 @@ pub use geometry::View;
 pub use job::{RenderJob, RenderResult};
 pub use needs::SceneNeeds;
 pub use prepared::{PrepareOptions, PreparedScene};
-pub use shades::ShadeStats;
 pub use stats::{RenderStats, peak_rss_bytes};

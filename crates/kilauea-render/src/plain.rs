@@ -43,7 +43,7 @@ pub(crate) fn run_plain<const CUTOUTS: bool>(
     })
     .map_err(|_| RunError::ThreadPanicked {
         thread: "the plain loop".into(),
-        message: "see above".into(),
+        message: "its message is on stderr".into(),
     })
 }
 
@@ -53,7 +53,7 @@ fn sample_tile<const CUTOUTS: bool>(
     tracer: &RayTracer<'_, CUTOUTS>,
     run: PixelRun,
 ) -> Sampled {
-    let frame = sampler.frame;
+    let PixelSampler { frame, integrator } = sampler;
     let _stop = StopOnPanic(frame);
     let mut sampled = Sampled::default();
     let mut tile = frame.film.tile(run.tile as usize);
@@ -63,9 +63,12 @@ fn sample_tile<const CUTOUTS: bool>(
         }
         let pixel = sampler.pixel(run.tile, pixel_idx);
         for sample_idx in frame.passes.samples(run.pass) {
-            let counts = &mut sampled.counts;
+            let start = sampler.start(&pixel, sample_idx);
             let cx = Answered(tracer);
-            let sample = in_place(sampler.sample(pixel, sample_idx, counts, &cx));
+            let counts = &mut sampled.counts;
+            let path = integrator.trace(&start.ray, &frame.camera, &start.sampler, counts, &cx);
+            let mut sample = in_place(path);
+            sampler.finish(&start, &mut sample);
             tile.add(pixel_idx as usize, &sample);
         }
         sampled.n_pixels += 1;

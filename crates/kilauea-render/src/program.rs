@@ -49,25 +49,37 @@ impl<const CUTOUTS: bool> Program for PixelProgram<'_, CUTOUTS> {
 
 impl<const CUTOUTS: bool> PixelProgram<'_, CUTOUTS> {
     /// Takes the samples that some pixels get in a pass, and adds them to the film.
-    async fn sample_pixels<C: Context<Self>>(&self, run: PixelRun, cx: C) -> Sampled {
-        let frame = self.sampler.frame;
-        // Others may wait for these pixels.
-        let _stop = StopOnPanic(frame);
+    ///
+    /// Not an `async fn`, which would keep each argument in two places while it waits.
+    fn sample_pixels<C: Context<Self>>(
+        &self,
+        run: PixelRun,
+        cx: C,
+    ) -> impl Future<Output = Sampled> {
+        let PixelSampler { frame, integrator } = &self.sampler;
         let mut sampled = Sampled::default();
-        for pixel_idx in run.pixels {
-            if frame.is_cancelled() {
-                break;
+        async move {
+            // Others may wait for these pixels.
+            let _stop = StopOnPanic(frame);
+            for pixel_idx in run.pixels {
+                if frame.is_cancelled() {
+                    break;
+                }
+                let pixel = self.sampler.pixel(run.tile, pixel_idx);
+                for sample_idx in frame.passes.samples(run.pass) {
+                    let start = self.sampler.start(&pixel, sample_idx);
+                    let counts = &mut sampled.counts;
+                    let mut sample = integrator
+                        .trace(&start.ray, &frame.camera, &start.sampler, counts, &cx)
+                        .await;
+                    self.sampler.finish(&start, &mut sample);
+                    let mut tile = frame.film.tile(run.tile as usize);
+                    tile.add(pixel_idx as usize, &sample);
+                }
+                sampled.n_pixels += 1;
             }
-            let pixel = self.sampler.pixel(run.tile, pixel_idx);
-            for sample_idx in frame.passes.samples(run.pass) {
-                let counts = &mut sampled.counts;
-                let sample = self.sampler.sample(pixel, sample_idx, counts, &cx).await;
-                let mut tile = frame.film.tile(run.tile as usize);
-                tile.add(pixel_idx as usize, &sample);
-            }
-            sampled.n_pixels += 1;
+            sampled
         }
-        sampled
     }
 }
 

@@ -1,12 +1,12 @@
-//! One sample of a pixel, from its place in the pixel to its radiance.
+//! A sample of a pixel: which ray it follows, and what becomes of the light that comes back.
 
 use kilauea_film::PixelSample;
 use kilauea_math::Vec2;
-use kilauea_spot::{Context, Program};
 
+use crate::camera::CameraRay;
 use crate::frame::Frame;
-use crate::integrator::{Answer, PathIntegrator, Question, RayCounts};
-use crate::sampler::{PixelSequence, Purpose};
+use crate::integrator::PathIntegrator;
+use crate::sampler::{PixelSequence, Purpose, Sampler};
 
 /// Takes samples of pixels.
 pub(crate) struct PixelSampler<'f, const CUTOUTS: bool> {
@@ -22,6 +22,14 @@ pub(crate) struct SampledPixel<'f> {
     center: Vec2,
 }
 
+/// Where a sample begins.
+pub(crate) struct SampleStart<'f> {
+    pub(crate) ray: CameraRay,
+    pub(crate) sampler: Sampler<'f>,
+    /// Squared distance from the center of the pixel.
+    offset_sq: f32,
+}
+
 impl<const CUTOUTS: bool> PixelSampler<'_, CUTOUTS> {
     /// The pixel with that number in a tile.
     pub(crate) fn pixel(&self, tile: u32, pixel_idx: u32) -> SampledPixel<'_> {
@@ -32,19 +40,9 @@ impl<const CUTOUTS: bool> PixelSampler<'_, CUTOUTS> {
         }
     }
 
-    /// Takes one sample of a pixel. What its rays meet is asked of `cx`.
+    /// Begins a sample.
     #[inline]
-    pub(crate) async fn sample<P, C>(
-        &self,
-        pixel: SampledPixel<'_>,
-        sample_idx: u32,
-        counts: &mut RayCounts,
-        cx: &C,
-    ) -> PixelSample
-    where
-        P: Program<Question = Question, Answer = Answer>,
-        C: Context<P>,
-    {
+    pub(crate) fn start<'s>(&self, pixel: &SampledPixel<'s>, sample_idx: u32) -> SampleStart<'s> {
         let frame = self.frame;
         let sampler = pixel.sequence.sampler(sample_idx);
         let offset = frame.filter.sample(sampler.pair(Purpose::Filter));
@@ -58,16 +56,20 @@ impl<const CUTOUTS: bool> PixelSampler<'_, CUTOUTS> {
         } else {
             0.0
         };
-        let ray = frame.camera.ray(pixel.center + offset, lens, time);
-        let mut sample = self
-            .integrator
-            .trace(&ray, &frame.camera, &sampler, counts, cx)
-            .await;
-        sample.offset_sq = offset.length_squared();
-        let exposure = frame.prepared.scene.camera.exposure_scale;
+        SampleStart {
+            ray: frame.camera.ray(pixel.center + offset, lens, time),
+            sampler,
+            offset_sq: offset.length_squared(),
+        }
+    }
+
+    /// Completes what the integrator found.
+    #[inline]
+    pub(crate) fn finish(&self, start: &SampleStart<'_>, sample: &mut PixelSample) {
+        sample.offset_sq = start.offset_sq;
+        let exposure = self.frame.prepared.scene.camera.exposure_scale;
         if exposure != 1.0 {
             sample.expose(exposure);
         }
-        sample
     }
 }

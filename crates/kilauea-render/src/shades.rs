@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use kilauea_spot::Stats;
-use serde::Serialize;
+
+use crate::stats::ShadeStats;
 
 /// Counters over all runs of a frame.
 #[derive(Default)]
@@ -14,20 +15,6 @@ pub(crate) struct Shades {
     /// All engine threads together, before the last pixel of each run had begun.
     in_use: Duration,
     starved: Duration,
-}
-
-/// Shades that waited for answers, in the form of the stats file; zeros where none did.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct ShadeStats {
-    /// Most shades in flight, in the pass that took most memory.
-    pub in_flight_peak: u64,
-    /// Questions whose answers they had not read when they took most memory.
-    pub questions_at_peak: u64,
-    /// Questions asked in all.
-    pub questions: u64,
-    /// Fraction of the time in which engine threads had something to do, until the last pixel of
-    /// each pass had begun.
-    pub busy: f64,
 }
 
 impl Shades {

@@ -1,7 +1,9 @@
 //! How much memory SPOTs in flight may take.
 
-/// Roots that a thread admits before it has seen what they lead to.
-const FIRST_WINDOW: usize = 64;
+/// Least number of roots that a thread admits before it has seen what they lead to.
+const MIN_FIRST_WINDOW: usize = 64;
+/// What each root is taken to lead to until then. More than most, and little of a budget.
+const FIRST_ROOT_BYTES: usize = 64 << 10;
 
 /// The bytes that one engine thread has in flight, and its share of the budget.
 pub(crate) struct Budget {
@@ -42,7 +44,7 @@ impl Budget {
             n_questions: 0,
             questions_at_peak: 0,
             n_roots: 0,
-            window: FIRST_WINDOW,
+            window: (share_bytes / FIRST_ROOT_BYTES).max(MIN_FIRST_WINDOW),
         }
     }
 
@@ -175,19 +177,19 @@ mod tests {
             }
             budget.n_roots
         };
-        assert_eq!(admit_all(&mut budget), FIRST_WINDOW);
+        assert_eq!(admit_all(&mut budget), MIN_FIRST_WINDOW);
         for _ in 0..10 {
             budget.end_root();
         }
-        assert_eq!(admit_all(&mut budget), FIRST_WINDOW + 10);
+        assert_eq!(admit_all(&mut budget), MIN_FIRST_WINDOW + 10);
         // Short of memory twice before anything ends: halved once.
         budget.charge(6001);
         budget.charge(1);
         budget.release(6002);
-        assert_eq!(budget.window, FIRST_WINDOW / 2 + 5);
+        assert_eq!(budget.window, MIN_FIRST_WINDOW / 2 + 5);
         while budget.n_roots > budget.window {
             budget.end_root();
         }
-        assert_eq!(admit_all(&mut budget), FIRST_WINDOW / 2 + 5);
+        assert_eq!(admit_all(&mut budget), MIN_FIRST_WINDOW / 2 + 5);
     }
 }

@@ -157,26 +157,26 @@ impl<const CUTOUTS: bool> PathIntegrator<'_, CUTOUTS> {
                 out.z = hit.t / camera_ray.distance_per_depth;
             }
             // Ask for all that this vertex leads to ...
-            let vertex = self.shade(&mut out, &mut path, depth, &hit, sampler, cx);
-            if let Some(direct) = &vertex.direct {
+            let Vertex { mut direct, next } =
+                self.shade(&mut out, &mut path, depth, &hit, sampler, cx);
+            if let Some(direct) = &direct {
                 counts.shadow += 1;
                 counts.invalid += u64::from(!direct.is_valid);
             }
-            counts.indirect += u64::from(vertex.next.is_some());
+            counts.indirect += u64::from(next.is_some());
             // ... and only then wait.
-            if let Some(direct) = vertex.direct
-                && !direct.occluded.await.is_occluded()
+            if let Some(direct) = &mut direct
+                && !(&mut direct.occluded).await.is_occluded()
             {
-                let Direct {
-                    radiance,
-                    diffuse,
-                    specular,
-                    ..
-                } = direct;
-                path.throughput
-                    .add(&mut out, depth + 1, radiance, diffuse, specular);
+                path.throughput.add(
+                    &mut out,
+                    depth + 1,
+                    direct.radiance,
+                    direct.diffuse,
+                    direct.specular,
+                );
             }
-            let Some(next) = vertex.next else { break };
+            let Some(next) = next else { break };
             closest = next;
         }
         out.beauty = out.emission
