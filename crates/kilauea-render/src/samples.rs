@@ -96,7 +96,13 @@ impl<const CUTOUTS: bool, M: Media> PixelSampler<'_, CUTOUTS, M> {
         let mut counts = RayCounts::default();
         self.integrator
             .watched_by(&first)
-            .trace(&start.ray, &self.frame.camera, &start.sampler, &mut counts, cx)
+            .trace(
+                &start.ray,
+                &self.frame.camera,
+                &start.sampler,
+                &mut counts,
+                cx,
+            )
             .await;
         let fault = first.get().unwrap_or(Fault {
             step: Step::Exposure,
