@@ -4,6 +4,8 @@ use crate::{Chi2, Domain, integrate, normal_two_sided};
 
 /// Cells along each coordinate of a domain.
 const N_CELLS: usize = 24;
+/// Pieces along each side of a cell that seems empty.
+const N_PIECES: usize = 8;
 /// Error of the integral over a cell, in expected draws: far less than what chance adds.
 const CELL_TOLERANCE: f64 = 0.3;
 /// How much of the density quadrature and rounding may gain or lose in all.
@@ -131,7 +133,6 @@ fn expected_in_cell(idx: usize, is_reached: bool, f: &mut impl FnMut([f64; 2]) -
     if whole > 0.0 || !is_reached {
         return whole;
     }
-    const N_PIECES: usize = 8;
     let size = 1.0 / (N_CELLS * N_PIECES) as f64;
     let pieces = (0..N_PIECES * N_PIECES).map(|i| [i % N_PIECES, i / N_PIECES]);
     pieces

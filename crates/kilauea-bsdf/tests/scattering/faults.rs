@@ -1,7 +1,7 @@
 //! Faults that the tests beside must find.
 
 use kilauea_bsdf::{Bsdf, BsdfEval, BsdfSample};
-use kilauea_math::{Spectrum, Vec3};
+use kilauea_math::Vec3;
 use kilauea_testing::{Scatters, Viewed, asymmetry};
 
 use crate::energy::TABLE_ERROR;
@@ -155,6 +155,5 @@ fn a_wrong_roughness_is_found() {
         };
         let p = viewed.compare_density(0).p_value();
         assert!(p < 1e-6, "{roughness}, {other}: {p}");
-        assert_ne!(bsdf.eval(viewed.wo, Vec3::Z).total(), Spectrum::BLACK);
     }
 }
