@@ -118,12 +118,19 @@ def _record(file: Path, spec: Any) -> dict[str, Any]:
         return {}
     try:
         record = json.loads(text)
-        is_sound = all(isinstance(record.get(n, kind()), kind) for n, kind in _KINDS.items())
-    except (ValueError, AttributeError):
-        is_sound = False
-    if not is_sound or record.get("batches", 2) < 2:
+    except ValueError:
+        record = None
+    if not _is_sound(record):
         raise CannotCheckError(f"{file}: cannot read its attribute kilauea/reference")
     return record
+
+
+def _is_sound(record: Any) -> bool:
+    """Whether what is computed with has the right kind, and there is a spread of batches."""
+    if not isinstance(record, dict):
+        return False
+    kinds_fit = all(isinstance(record.get(name, kind()), kind) for name, kind in _KINDS.items())
+    return kinds_fit and record.get("batches", 2) >= 2
 
 
 def _shared_out(mean: np.ndarray, of_luminance: np.ndarray) -> np.ndarray:
