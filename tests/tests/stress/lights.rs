@@ -1,7 +1,7 @@
 //! Lights of no size, and of every brightness.
 
-use kilauea_math::{DMat4, DVec3, Spectrum};
-use kilauea_scene::{Light, LightShape};
+use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
+use kilauea_scene::{Camera, Light, LightShape};
 use kilauea_tests::{Mesh, Picture, Stage, facing_down, light, matte, perspective, rect_light};
 
 fn floor(lights: Vec<Light>) -> Stage {
@@ -53,6 +53,40 @@ fn lights_without_area_emit_nothing() {
     };
     let picture = render(vec![lamp(), light(rect, facing_down(0.0, 1.0, 0.0) * flat)]);
     expected.check_same_bits(&picture, "a rect scaled to a line");
+}
+
+/// A lamp over a floor, both multiplied.
+fn lamp_and_floor(size: f64) -> Stage {
+    let camera = perspective([0.0, 1.2 * size, 3.0 * size], [0.0, 0.4 * size, 0.0], 0.5);
+    let mut stage = Stage::new(Camera {
+        clipping_range: [1e-3 * size, 1e3 * size],
+        ..camera
+    });
+    stage.materials = vec![matte([0.7, 0.6, 0.5])];
+    let place = DAffine3::from_scale(DVec3::splat(size));
+    stage.meshes.push(Mesh::floor(2.0).placed(place));
+    stage.lights.push(rect_light(size, size, 2.0 * size));
+    stage
+}
+
+#[test]
+fn lamps_of_any_size_light_alike() {
+    let mean = |size| {
+        lamp_and_floor(size)
+            .render(|s| s.samples_per_pixel = 16)
+            .mean()
+    };
+    let one = mean(1.0);
+    assert!(one > 0.01);
+    for exponent in [-11, -10, -8, 8, 10, 11] {
+        let ratio = mean(10.0_f64.powi(exponent)) / one;
+        assert!((ratio - 1.0).abs() < 1e-4, "1e{exponent}: {ratio}");
+        super::report(
+            "lights",
+            format!("a lamp of 1e{exponent} over one of 1"),
+            ratio,
+        );
+    }
 }
 
 /// Light is linear: a power of two changes nothing but exponents.

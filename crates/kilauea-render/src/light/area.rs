@@ -5,7 +5,7 @@
 //! patch of area `|cof(M) n|`.
 
 use kilauea_accel::Ray;
-use kilauea_math::{Bounds3, DAffine3, DVec3, Frame, Mat3, Spectrum, Vec2, Vec3, warp};
+use kilauea_math::{Bounds3, DAffine3, DMat3, DVec3, Frame, Mat3, Spectrum, Vec2, Vec3, warp};
 use kilauea_scene::{Light, LightShape};
 use kilauea_texture::TextureStore;
 use std::f32::consts::PI;
@@ -90,7 +90,8 @@ impl AreaLight {
             && is_square_angle(x, y)
             && is_square_angle(x, z)
             && is_square_angle(y, z);
-        let mut area_light = Self {
+        let area = shape.area_under(&cofactor) as f32;
+        let area_light = Self {
             shape,
             center: engine_from_unit.translation.as_vec3(),
             engine_from_unit: m.as_mat3(),
@@ -100,10 +101,9 @@ impl AreaLight {
             is_rectangle: shape == UnitShape::Square && is_square_angle(x, y),
             emission: Emission::new(light),
             visible_to_camera: light.visible_to_camera,
-            area: 0.0,
+            area,
         };
-        area_light.area = area_light.integrate_area();
-        (area_light.area > 0.0 && area_light.area.is_finite()).then_some(area_light)
+        (area > 0.0 && area.is_finite()).then_some(area_light)
     }
 
     /// A direction from `p` toward a point of the light.
@@ -237,16 +237,6 @@ impl AreaLight {
         let (x, y) = (self.engine_from_unit.x_axis, self.engine_from_unit.y_axis);
         SphericalRect::new(self.center - 0.5 * (x + y), x, y, p)
     }
-
-    /// Area of the engine-space surface, by quadrature where the map distorts.
-    fn integrate_area(&self) -> f32 {
-        const N: u32 = 32;
-        let patches = (0..N * N).map(|i| {
-            let u = Vec2::new((i % N) as f32 + 0.5, (i / N) as f32 + 0.5) / N as f32;
-            (self.cofactor * self.shape.sample(u).1).length()
-        });
-        self.shape.area() * patches.sum::<f32>() / (N * N) as f32
-    }
 }
 
 impl UnitShape {
@@ -257,6 +247,18 @@ impl UnitShape {
             Self::Sphere => 4.0 * PI,
             Self::Tube => 2.0 * PI,
         }
+    }
+
+    /// Area of the surface that an affine map with a cofactor matrix makes of the shape, by
+    /// quadrature where the map distorts. In f64, as squares of areas leave the range of f32 for
+    /// sizes of 1e-10 and 1e10.
+    fn area_under(self, cofactor: &DMat3) -> f64 {
+        const N: u32 = 32;
+        let patches = (0..N * N).map(|i| {
+            let u = Vec2::new((i % N) as f32 + 0.5, (i / N) as f32 + 0.5) / N as f32;
+            (*cofactor * self.sample(u).1.as_dvec3()).length()
+        });
+        f64::from(self.area()) * patches.sum::<f64>() / f64::from(N * N)
     }
 
     /// A point uniform per area, and its outward normal.
