@@ -21,11 +21,11 @@ render: install
 describe:
 	cargo run --quiet -p shaders --example describe
 
-# What the tests of `kilauea check` compare with, by Cycles: an hour of work for one core.
+# What the tests of `kilauea check` compare with, by Cycles: some minutes on all cores.
 references: install
 	$(BIN)/kilauea check tests/scenes/box_rect_light.usda -r 48 48 -p 8192 --write-reference tests/references/box_rect_light.exr
-	$(BIN)/kilauea check tests/scenes/focused_disk.usda -r 48 48 -p 8192 --write-reference tests/references/focused_disk.exr
-	$(BIN)/kilauea check tests/scenes/shader_balls.usda -r 72 36 -p 8192 --write-reference tests/references/shader_balls.exr
+	$(BIN)/kilauea check tests/scenes/focused_disk.usda -r 48 48 -p 2048 --write-reference tests/references/focused_disk.exr
+	$(BIN)/kilauea check tests/scenes/shader_balls.usda -r 72 36 -p 2048 --write-reference tests/references/shader_balls.exr
 
 test: test-rust test-loom test-python
 

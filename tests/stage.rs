@@ -3,7 +3,7 @@ use kilauea_mesh::{
     AssembleOptions, Axis, ImplicitKind, ImplicitShape, InstancesPayload, Payloads, Primvar,
     PrimvarInterpolation, assemble,
 };
-use kilauea_render::{PrepareOptions, PreparedScene, RenderJob};
+use kilauea_render::{Conditions, PrepareOptions, PreparedScene, RenderJob};
 use kilauea_scene::{
     Camera, FilterKind, Light, Material, RenderSettings, Scene, TextureSource, Visibility,
 };
@@ -205,8 +205,17 @@ impl Stage {
 impl Picture {
     /// Renders a frame to its end.
     pub fn render(prepared: &Arc<PreparedScene>, settings: RenderSettings) -> Self {
-        let job = RenderJob::start(Arc::clone(prepared), settings).expect("the settings are sound");
-        Self::finish(job, prepared)
+        Self::render_under(Conditions::default(), prepared, settings)
+    }
+
+    /// Renders a frame to its end under the conditions of an experiment.
+    pub fn render_under(
+        conditions: Conditions,
+        prepared: &Arc<PreparedScene>,
+        settings: RenderSettings,
+    ) -> Self {
+        let job = RenderJob::start_under(conditions, Arc::clone(prepared), settings);
+        Self::finish(job.expect("the settings are sound"), prepared)
     }
 
     /// Renders a frame in which rays and samples may be invalid.

@@ -2,7 +2,7 @@
 
 use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
 use kilauea_mesh::CurveType;
-use kilauea_render::{PreparedScene, RenderError, RenderJob};
+use kilauea_render::{Conditions, PreparedScene, RenderError, RenderJob};
 use kilauea_scene::{
     DataWindow, FilterKind, Light, LightShape, RenderSettings, Shading, Visibility,
 };
@@ -127,24 +127,40 @@ fn threads_do_not_change_a_bit() {
     tiny(1).check_same_bits(&tiny(3), "one tile for three threads");
 }
 
-/// Renders inline and in every other way, which must not change a bit.
+/// Answers come late and in any order.
+const LATE: Conditions = Conditions {
+    plain_loop: false,
+    first_come: false,
+    answer_delay_ms: 2.0,
+};
+
+/// Renders in a plain loop and in every way of the engine, which must not change a bit.
 fn check_shading(name: &str, stage: &Stage) {
     let settings = RenderSettings {
         samples_per_pixel: 3,
         ..settings()
     };
     let prepared = stage.prepare(&settings);
-    let render = |shading, threads| {
+    let render_under = |conditions, shading, threads| {
         let settings = RenderSettings {
             shading,
             threads,
             ..settings.clone()
         };
-        Picture::render(&prepared, settings)
+        Picture::render_under(conditions, &prepared, settings)
     };
+    let render = |shading, threads| render_under(Conditions::default(), shading, threads);
     let inline = render(Shading::Inline, 2);
     assert!(inline.mean() > 0.01, "{name} is black");
     assert_eq!(inline.stats.memory.shades_in_flight_peak, 0);
+    let plain_loop = Conditions {
+        plain_loop: true,
+        ..Conditions::default()
+    };
+    let plain = render_under(plain_loop, Shading::Inline, 2);
+    plain.check_same_bits(&inline, &format!("{name}, plain loop"));
+    let late = render_under(LATE, Shading::Queued, 2);
+    inline.check_same_bits(&late, &format!("{name}, answers up to 2 ms late"));
     for (shading, threads) in [
         (Shading::Queued, 1),
         (Shading::Queued, 2),

@@ -18,7 +18,6 @@ struct BuildOptions {
     max_subdivision_level: u32,
     max_chunk_triangles: usize,
     texture_memory_bytes: u64,
-    samples_per_pixel: u32,
     specialize_rays: bool,
 }
 
@@ -31,15 +30,13 @@ impl Default for BuildOptions {
             max_subdivision_level: assemble.max_subdivision_level,
             max_chunk_triangles: assemble.max_chunk_triangles,
             texture_memory_bytes: settings.texture_memory_bytes,
-            samples_per_pixel: settings.samples_per_pixel,
             specialize_rays: true,
         }
     }
 }
 
 /// Build a scene from a `kilauea.payload.Frame`; `options_json` is an object with any of
-/// `resolution`, `max_subdivision_level`, `max_chunk_triangles`, `texture_memory_bytes`, `samples_per_pixel`,
-/// `specialize_rays`.
+/// `resolution`, `max_subdivision_level`, `max_chunk_triangles`, `texture_memory_bytes`, `specialize_rays`.
 #[pyfunction]
 pub(crate) fn build_scene(py: Python<'_>, frame: Frame<'_>, options_json: &str) -> PyResult<Scene> {
     let options: BuildOptions = serde_json::from_str(options_json).map_err(scene_error)?;
@@ -54,10 +51,8 @@ pub(crate) fn build_scene(py: Python<'_>, frame: Frame<'_>, options_json: &str) 
         };
         let assembled = assemble(payloads, &assemble_options).map_err(scene_error)?;
         let assemble_secs = start.elapsed().as_secs_f64();
-        let n_pixels: u64 = options.resolution.map(u64::from).iter().product();
         let prepare_options = PrepareOptions {
             texture_memory_bytes: options.texture_memory_bytes,
-            n_camera_samples: n_pixels * u64::from(options.samples_per_pixel),
             specialize_rays: options.specialize_rays,
         };
         let prepared =

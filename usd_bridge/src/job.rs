@@ -1,5 +1,5 @@
 use kilauea_film::{ImageMetadata, Packing, write_exr, write_png};
-use kilauea_render::{PreparedScene, RenderStats};
+use kilauea_render::{Conditions, PreparedScene, RenderStats};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
 use serde::Deserialize;
@@ -36,6 +36,7 @@ impl RenderJob {
     pub(crate) fn start(
         prepared: Arc<PreparedScene>,
         settings: RenderSettings,
+        conditions: Conditions,
         metadata_json: &str,
     ) -> PyResult<Self> {
         let metadata = serde_json::from_str(metadata_json).map_err(render_error)?;
@@ -45,8 +46,9 @@ impl RenderJob {
             Some(_) => Packing::Fast,
             None => Packing::Small,
         };
-        let job = kilauea_render::RenderJob::start(Arc::clone(&prepared), settings)
-            .map_err(render_error)?;
+        let job =
+            kilauea_render::RenderJob::start_under(conditions, Arc::clone(&prepared), settings)
+                .map_err(render_error)?;
         Ok(Self {
             job: Mutex::new(Some(job)),
             prepared,

@@ -33,10 +33,23 @@ impl Scene {
         .to_string()
     }
 
-    /// Start rendering on threads of the engine's own.
-    fn render(&self, settings_json: &str, metadata_json: &str) -> PyResult<RenderJob> {
+    /// Start rendering on threads of the engine's own; `conditions_json` is for experiments, an
+    /// object with any field of `kilauea_render::Conditions`.
+    #[pyo3(signature = (settings_json, metadata_json, conditions_json = "{}"))]
+    fn render(
+        &self,
+        settings_json: &str,
+        metadata_json: &str,
+        conditions_json: &str,
+    ) -> PyResult<RenderJob> {
         let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
-        RenderJob::start(Arc::clone(&self.prepared), settings, metadata_json)
+        let conditions = serde_json::from_str(conditions_json).map_err(render_error)?;
+        RenderJob::start(
+            Arc::clone(&self.prepared),
+            settings,
+            conditions,
+            metadata_json,
+        )
     }
 
     /// Write the scene into a folder as `scene.json` and raw arrays, for other renderers.

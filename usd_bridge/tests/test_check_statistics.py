@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 
 pytest.importorskip("kilauea._native")
@@ -317,6 +318,35 @@ def test_a_reference_survives_its_file(tmp_path) -> None:
     assert read.notes == ()
 
 
+@pytest.mark.parametrize(
+    "header", ["[]", "{", '{"batches": 1}', '{"samples": "many"}', '{"variance_scale": null}']
+)
+def test_a_header_that_makes_no_sense_is_an_error(tmp_path, header: str) -> None:
+    file = tmp_path / "reference.exr"
+    image = oiio.ImageBuf(oiio.ImageSpec(4, 4, 3, oiio.FLOAT))
+    image.specmod().attribute("kilauea/reference", header)
+    assert image.write(str(file))
+    with pytest.raises(CannotCheckError, match="cannot read its attribute kilauea/reference"):
+        read_reference(file)
+
+
+def test_other_images_are_references_too(tmp_path) -> None:
+    """With the variance of luminance that our own renders have, or without any."""
+    spec = oiio.ImageSpec(2, 1, 4, oiio.FLOAT)
+    spec.channelnames = ("R", "G", "B", "variance")
+    image = oiio.ImageBuf(spec)
+    image.set_pixels(oiio.ROI.All, np.float32([[[0.5, 0.5, 0.5, 0.01], [0.0, 0.0, 0.0, 0.0]]]))
+    assert image.write(str(tmp_path / "ours.exr"))
+    read = read_reference(tmp_path / "ours.exr")
+    assert read.image.pixel_variance == pytest.approx(np.array([[[0.01] * 3, [0.0] * 3]]))
+    assert "luminance" in read.notes[0]
+    plain = oiio.ImageBuf(oiio.ImageSpec(2, 1, 3, oiio.FLOAT))
+    assert plain.write(str(tmp_path / "plain.exr"))
+    read = read_reference(tmp_path / "plain.exr")
+    assert not read.image.pixel_variance.any()
+    assert "free of noise" in read.notes[0]
+
+
 def test_stored_and_fresh_references_give_the_same_figures() -> None:
     ours, reference = (Painter(scene(), i).render(64, N_BATCHES, 1) for i in (1, 2))
     fresh = compare_light(ours, reference, 8, Criteria())
@@ -331,6 +361,7 @@ def test_thresholds_are_read() -> None:
     assert (criteria.image, criteria.tile, criteria.shift) == (0.0025, 0.01, 0.0)
     assert (criteria.flip, criteria.power) == (math.inf, 0.95)
     assert parse_criteria(()) == Criteria()
+    assert parse_criteria(["tile=off"]).tile_bias == math.inf
 
 
 @pytest.mark.parametrize(

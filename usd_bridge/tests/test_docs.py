@@ -230,14 +230,17 @@ def test_the_example_shader_is_the_one_that_is_tested():
     example = text("shaders/tests/writing_shaders/checker.rs")
     assert f"```rust\n{example}```\n" in page
     shade = text("shaders/tests/writing_shaders/tinted_bounce.rs").split("\n\n")[-1]
-    assert f"```rust\n{textwrap.dedent(shade.removesuffix('}\n'))}```\n" in page
+    method = textwrap.dedent(shade.removesuffix("}\n"))
+    assert f"```rust\n{method}```\n" in page
     shader_list = re.search(r"list::shaders! \{[^}]*\}", text("shaders/src/lib.rs"))[0]
     assert shader_list in page
 
 
 def test_what_a_shader_implements():
     trait = text("crates/kilauea-shading/src/shader.rs").split("pub trait SurfaceShader")[1]
-    methods = re.findall(r"^    (?:async fn|fn|const) (\w+)", trait.split("\n}\n")[0], flags=re.MULTILINE)
+    methods = re.findall(
+        r"^    (?:async fn|fn|const) (\w+)", trait.split("\n}\n")[0], flags=re.MULTILINE
+    )
     documented = section("docs/writing-shaders.md", "What a shader implements")
     assert spans_of_first_cells(documented) == methods
 

@@ -1,39 +1,29 @@
-//! A mesh of millions: `cargo run --release -p kilauea-accel --example many_triangles -- 1e7 preview`.
+//! A mesh of millions: `cargo run --release -p kilauea-accel --example many_triangles -- 1e7`.
 //!
-//! Builds a closed sphere of about so many triangles (`preview` or `final`), validates the tree,
+//! Builds a closed sphere of about so many triangles, validates the tree,
 //! shoots rays from inside, of which none may get out, and prints times and memory.
 #![allow(clippy::print_stdout, reason = "the figures are what it is for")]
 
 #[path = "../tests/shapes/mod.rs"]
 mod shapes;
 
-use kilauea_accel::{Accel, BuildOptions, Quality, Ray};
+use kilauea_accel::{Accel, BuildOptions, Ray};
 use kilauea_math::DAffine3;
 use shapes::{Random, bumpy_sphere, placed};
 use std::time::Instant;
 
 fn main() -> Result<(), String> {
-    let mut arguments = std::env::args().skip(1);
-    let n_wanted: f64 = match arguments.next() {
+    let n_wanted: f64 = match std::env::args().nth(1) {
         None => 1e7,
         Some(n) => n.parse().map_err(|_| format!("{n}: no number"))?,
     };
-    let quality = match arguments.next().as_deref() {
-        None | Some("preview") => Quality::Preview,
-        Some("final") => Quality::Final,
-        Some(other) => return Err(format!("{other}: neither preview nor final")),
-    };
     // A sphere of n rows has 4 n (n - 1) triangles.
     let mesh = bumpy_sphere((n_wanted / 4.0).sqrt().ceil() as u32 + 1);
-    let options = BuildOptions {
-        quality,
-        ..BuildOptions::default()
-    };
     let start = Instant::now();
     let place = placed(0, DAffine3::IDENTITY);
-    let accel = Accel::build(&[mesh.geometry()], &[place], &options);
+    let accel = Accel::build(&[mesh.geometry()], &[place], &BuildOptions::default());
     println!(
-        "{} triangles, {quality:?}: built in {:.1} s, {:.0} MB, {} rejected",
+        "{} triangles: built in {:.1} s, {:.0} MB, {} rejected",
         mesh.indices.len(),
         start.elapsed().as_secs_f64(),
         accel.n_bytes() as f64 / 1e6,

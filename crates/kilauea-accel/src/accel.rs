@@ -1,7 +1,7 @@
 use crate::build::{Plan, build_top, instance_bounds};
 use crate::forest::{Forest, Kind, PartTrees};
-use crate::geometry::{BuildOptions, Geometry, Placement, Quality};
-use crate::node::{Node8, STACK_CAPACITY};
+use crate::geometry::{BuildOptions, Geometry, Placement};
+use crate::node::Node8;
 use crate::ray::{Hit, Ray};
 use crate::traverse::{Ball, Instance, Isa, Keep, KeepAll, Part, Scene, TreeRay};
 use crate::visibility::Visibility;
@@ -49,15 +49,14 @@ impl Accel {
             forest,
             placed,
             mut n_rejected,
-        } = Plan::new(geometries, placements, options.quality);
+        } = Plan::new(geometries, placements);
         let is_plain = |(part, placement): &(PartTrees, Option<u32>)| {
             let moves = placement.is_some_and(|i| placements[i as usize].keys().len() > 1);
             part.kind == Kind::Triangles && part.visibility == Visibility::ALL && !moves
         };
         let is_plain = options.specialize && placed.iter().all(is_plain);
         let is_single = is_plain && matches!(placed[..], [(_, None)]);
-        let top =
-            (!is_single).then(|| Top::new(&placed, placements, &forest, is_plain, options.quality));
+        let top = (!is_single).then(|| Top::new(&placed, placements, &forest, is_plain));
         n_rejected += top.as_ref().map_or(0, |top| top.n_rejected);
         let bounds = match &top {
             Some(top) => top.nodes[0].bounds(),
@@ -200,7 +199,6 @@ impl Top {
         placements: &[Placement],
         forest: &Forest,
         is_plain: bool,
-        quality: Quality,
     ) -> Self {
         let mut top = Self {
             nodes: Vec::new(),
@@ -238,7 +236,7 @@ impl Top {
                 world_from_geometry: (placement_keys.len() > 1).then(|| placement_keys.into()),
             });
         }
-        top.nodes = build_top(&boxes, quality, STACK_CAPACITY);
+        top.nodes = build_top(boxes);
         top.parts = (!is_plain).then_some(parts);
         top
     }

@@ -141,21 +141,9 @@ impl Placement {
     }
 }
 
-/// How much time a build may take for faster rays.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Quality {
-    /// A fast build for interactive changes.
-    Preview,
-    /// The tree with the lowest expected ray cost.
-    #[default]
-    Final,
-}
-
 /// Choices of a build.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuildOptions {
-    /// Build time against ray cost.
-    pub quality: Quality,
     /// Whether vector instructions may be used where the processor has them. The hits are the
     /// same either way.
     pub simd: bool,
@@ -167,7 +155,6 @@ pub struct BuildOptions {
 impl Default for BuildOptions {
     fn default() -> Self {
         Self {
-            quality: Quality::Final,
             simd: true,
             specialize: true,
         }

@@ -37,7 +37,7 @@ mod visibility;
 
 pub use accel::Accel;
 pub use geometry::{
-    BuildOptions, CurveBasis, CurveProfile, Curves, Geometry, Mesh, Placement, Quality, Spheres,
+    BuildOptions, CurveBasis, CurveProfile, Curves, Geometry, Mesh, Placement, Spheres,
 };
 pub use ray::{Hit, Ray};
 pub use spawn::{PlacementError, SurfacePoint, offset_origin};

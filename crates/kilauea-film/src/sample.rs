@@ -57,6 +57,20 @@ impl Default for PixelSample {
 }
 
 impl PixelSample {
+    /// Scales all light.
+    pub fn expose(&mut self, scale: f32) {
+        for light in [
+            &mut self.beauty,
+            &mut self.emission,
+            &mut self.direct_diffuse,
+            &mut self.direct_specular,
+            &mut self.indirect_diffuse,
+            &mut self.indirect_specular,
+        ] {
+            *light *= scale;
+        }
+    }
+
     /// The same path with no light in any layer, so that the parts still add up to the beauty.
     pub(crate) fn without_light(&self) -> Self {
         Self {

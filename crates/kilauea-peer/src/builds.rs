@@ -15,7 +15,7 @@ pub struct BuildRow {
     pub mesh: String,
     /// Triangles of the mesh.
     pub triangles: usize,
-    /// Whose tree, and in which quality or mode.
+    /// Whose tree, and in which mode.
     pub builder: String,
     /// Threads that build.
     pub threads: usize,
@@ -44,10 +44,8 @@ impl BuildRow {
         };
         let pool = thread_pool(n_threads)?;
         let mut rows = Vec::new();
-        for (quality_name, quality) in Ours::QUALITIES {
-            let build = || Ok(pool.install(|| Ours::build(mesh, quality)));
-            rows.push(row(quality_name.into(), fastest(build, Ours::n_bytes)?));
-        }
+        let build = || Ok(pool.install(|| Ours::build(mesh)));
+        rows.push(row(Ours::NAME.into(), fastest(build, Ours::n_bytes)?));
         drop(pool);
         let device = Device::new(embree, n_threads)?;
         for mode in Mode::ALL {

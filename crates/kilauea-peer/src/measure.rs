@@ -27,7 +27,7 @@ pub struct RayRow {
     pub n_rays: usize,
     /// Share of the rays that hit something.
     pub hit_fraction: f64,
-    /// Our build quality.
+    /// [`Ours::NAME`].
     pub ours_name: &'static str,
     /// Million rays a second, ours.
     pub ours: f64,
@@ -54,8 +54,8 @@ pub struct Report {
     pub builds: Vec<BuildRow>,
 }
 
-/// The modes of Embree that each of [`Ours::QUALITIES`] is compared with.
-const PEERS: [&[Mode]; 2] = [&[Mode::LOW], &[Mode::MEDIUM, Mode::HIGH, Mode::ROBUST]];
+/// The modes of Embree that rays are traced in.
+const PEERS: [Mode; 3] = [Mode::MEDIUM, Mode::HIGH, Mode::ROBUST];
 
 /// Measures ours beside Embree: builds first, then rays, on the calling thread.
 pub fn measure(
@@ -69,36 +69,27 @@ pub fn measure(
     }
     let device = Device::new(embree, 1)?;
     let mesh = &workload.mesh;
-    let ours = Ours::QUALITIES.map(|(_, quality)| Ours::build(mesh, quality));
-    let mut scenes = Vec::new();
-    let mut pairs = Vec::new();
-    for (ours_idx, modes) in PEERS.into_iter().enumerate() {
-        for &mode in modes {
-            pairs.push((ours_idx, ours.len() + scenes.len(), mode));
-            scenes.push(EmbreeScene::build(&device, mesh, mode)?);
-        }
-    }
-    let tracers: Vec<&dyn Tracer> = ours
-        .iter()
-        .map(|tree| tree as &dyn Tracer)
-        .chain(scenes.iter().map(|scene| scene as &dyn Tracer))
-        .collect();
+    let ours = Ours::build(mesh);
+    let scenes = PEERS.map(|mode| EmbreeScene::build(&device, mesh, mode));
+    let scenes = scenes.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let peers = scenes.iter().map(|scene| scene as &dyn Tracer);
+    let tracers: Vec<&dyn Tracer> = std::iter::once(&ours as &dyn Tracer).chain(peers).collect();
     let mut rows = Vec::new();
     for set in &workload.rays {
         let rates = mrays_per_s(&tracers, set, options.n_rounds);
-        for &(ours_idx, peer_idx, mode) in &pairs {
-            let agreement = Agreement::of(tracers[ours_idx], tracers[peer_idx], set);
+        for (peer_idx, mode) in (1..).zip(PEERS) {
+            let agreement = Agreement::of(tracers[0], tracers[peer_idx], set);
             rows.push(RayRow {
                 mesh: workload.name.clone(),
                 triangles: mesh.triangles().len(),
                 rays: set.kind.clone(),
                 n_rays: set.rays.len(),
                 hit_fraction: agreement.n_hits as f64 / set.rays.len() as f64,
-                ours_name: Ours::QUALITIES[ours_idx].0,
-                ours: rates[ours_idx],
+                ours_name: Ours::NAME,
+                ours: rates[0],
                 peer_name: format!("{} {}", device.name(), mode.name),
                 peer: rates[peer_idx],
-                ratio: rates[ours_idx] / rates[peer_idx],
+                ratio: rates[0] / rates[peer_idx],
                 hit_by_one: agreement.n_hit_by_one,
                 other_distance: agreement.n_other_distance,
                 agrees: agreement.is_within_tolerance(set.rays.len()),

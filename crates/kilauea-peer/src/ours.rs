@@ -1,6 +1,6 @@
 //! All that the benchmark asks of `kilauea-accel`.
 
-use kilauea_accel::{Accel, BuildOptions, Geometry, Mesh, Placement, Quality, Ray};
+use kilauea_accel::{Accel, BuildOptions, Geometry, Mesh, Placement, Ray};
 use kilauea_math::{DAffine3, Vec3};
 use std::hint::black_box;
 
@@ -10,21 +10,17 @@ use crate::{Segment, Tracer, TriangleMesh};
 pub struct Ours(Accel);
 
 impl Ours {
-    /// The build qualities by name.
-    pub const QUALITIES: [(&str, Quality); 2] =
-        [("preview", Quality::Preview), ("final", Quality::Final)];
+    /// What rows of figures call it.
+    pub const NAME: &str = "ours";
 
     /// Builds on the threads of rayon's current pool.
-    pub fn build(mesh: &TriangleMesh, quality: Quality) -> Self {
+    pub fn build(mesh: &TriangleMesh) -> Self {
         let geometry = Geometry {
             meshes: vec![Mesh::still(mesh.positions(), mesh.triangles())],
             ..Geometry::default()
         };
         let placement = Placement::still(0, DAffine3::IDENTITY);
-        let options = BuildOptions {
-            quality,
-            ..BuildOptions::default()
-        };
+        let options = BuildOptions::default();
         Self(Accel::build(&[geometry], &[placement], &options))
     }
 

@@ -1,6 +1,5 @@
 //! The kinds of rays that a renderer traces.
 
-use kilauea_accel::Quality;
 use kilauea_math::hash::{combine, unit_f32};
 use kilauea_math::{Frame, Vec2, Vec3, warp};
 
@@ -23,7 +22,7 @@ impl Workload {
     /// There are as many of the middle three as primary rays that hit something; kinds without
     /// any ray are left out.
     pub fn trace_view(name: &str, mesh: TriangleMesh, view: &View, n_rays: usize) -> Self {
-        let ours = Ours::build(&mesh, Quality::Final);
+        let ours = Ours::build(&mesh);
         let diagonal = mesh.bounds().diagonal().length();
         let mut primary = Vec::new();
         let mut diffuse = Vec::new();

@@ -1,32 +1,35 @@
-//! A frame as engine threads see it: the program that they run, and where its results go.
+//! A frame as engine threads see it: how it is run, and where its results go.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use kilauea_film::{Film, Filter, PixelSample};
+use kilauea_film::{Film, Filter};
 use kilauea_math::Vec2;
 use kilauea_scene::{RenderSettings, Shading};
-use kilauea_spot::{
-    Bytes, Context, Engine, Job, Pool, Program, Queue, RunError, Runtime, Server, Stats,
-};
+use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server};
 
 use crate::RenderError;
-use crate::camera::{CameraRay, RayGenerator};
+use crate::camera::RayGenerator;
+use crate::conditions::Conditions;
 use crate::integrator::{
-    Air, Answer, Blame, Fault, Faults, FirstFault, Media, MediumStack, PathIntegrator, Question,
-    RayCounts, RayTracer, SampleId, Step, Unwatched, media_around,
+    Air, Blame, Faults, Media, MediumStack, PathIntegrator, RayCounts, RayTracer, Unwatched,
+    media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
+use crate::plain::run_plain;
 use crate::prepared::PreparedScene;
-use crate::sampler::{Purpose, Sampler, SamplerTables};
+use crate::program::{PassesJob, PixelProgram, Sampled};
+use crate::sampler::SamplerTables;
+use crate::samples::PixelSampler;
+use crate::shades::Shades;
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
 pub(crate) struct Frame {
     pub(crate) prepared: Arc<PreparedScene>,
     pub(crate) settings: RenderSettings,
+    pub(crate) conditions: Conditions,
     pub(crate) needs: SceneNeeds,
     pub(crate) film: Film,
     pub(crate) filter: Filter,
@@ -53,30 +56,7 @@ pub(crate) struct Outcome {
     pub(crate) faults: Faults,
     pub(crate) error: Option<RenderError>,
     pub(crate) render_secs: f64,
-    /// Highest in any run.
-    pub(crate) shade_bytes_peak: usize,
-}
-
-/// The program: a SPOT takes the samples of some pixels, one after the other.
-///
-/// A path has one ray to follow and one light to look at, so its vertices need no SPOTs of their
-/// own: they would only hand on its throughput.
-struct PixelProgram<'f, const CUTOUTS: bool, M> {
-    frame: &'f Frame,
-    integrator: PathIntegrator<'f, CUTOUTS, M>,
-}
-
-/// What a SPOT did.
-pub(crate) struct Sampled {
-    n_pixels: u32,
-    counts: RayCounts,
-}
-
-/// Some passes, cut into roots of so many pixels.
-struct PassesJob<'f> {
-    frame: &'f Frame,
-    passes: Range<u32>,
-    n_pixels: u32,
+    pub(crate) shades: Shades,
 }
 
 impl Frame {
@@ -114,7 +94,12 @@ impl Frame {
 
     fn run_passes<const CUTOUTS: bool, M: Media>(&self, camera_media: M) -> Result<(), RunError> {
         let prepared = &*self.prepared;
-        let program = PixelProgram {
+        let tracer = RayTracer::<CUTOUTS> {
+            geometry: &prepared.geometry,
+            textures: &prepared.textures,
+            blame: &self.blame,
+        };
+        let sampler = PixelSampler {
             frame: self,
             integrator: PathIntegrator::<CUTOUTS, M> {
                 geometry: &prepared.geometry,
@@ -128,24 +113,26 @@ impl Frame {
                 watch: Unwatched,
             },
         };
-        let tracer = RayTracer::<CUTOUTS> {
-            geometry: &prepared.geometry,
-            textures: &prepared.textures,
-            blame: &self.blame,
+        let all_passes = PassesJob {
+            frame: self,
+            passes: 0..self.passes.n_passes(),
+            n_pixels: TILE_SIZE * TILE_SIZE,
         };
-        let engine = Engine::new(self.n_threads)
-            .budget_bytes(usize::try_from(self.settings.shade_memory_bytes).unwrap_or(usize::MAX));
+        if self.conditions.plain_loop {
+            return run_plain(&sampler, &tracer, &all_passes, self.n_threads);
+        }
+        let program = PixelProgram { sampler };
+        let delay_secs = self.conditions.answer_delay_ms / 1e3;
+        let max_delay = Duration::try_from_secs_f64(delay_secs).unwrap_or_default();
         match self.settings.shading {
-            Shading::Inline => {
-                let job = PassesJob {
-                    frame: self,
-                    passes: 0..self.passes.n_passes(),
-                    n_pixels: TILE_SIZE * TILE_SIZE,
-                };
-                engine.run_inline(&program, &tracer, &job).map(drop)
+            Shading::Inline => Engine::new(self.n_threads)
+                .run_inline(&program, &tracer, &all_passes)
+                .map(drop),
+            Shading::Queued if !max_delay.is_zero() => {
+                self.run_queued(&program, &Delayed::new(&tracer, max_delay))
             }
-            Shading::Queued => self.run_queued(&engine, &program, &Queue::new(&tracer)),
-            Shading::Bytes => self.run_queued(&engine, &program, &Bytes::new(&tracer)),
+            Shading::Queued => self.run_queued(&program, &Queue::new(&tracer)),
+            Shading::Bytes => self.run_queued(&program, &Bytes::new(&tracer)),
         }
     }
 
@@ -153,10 +140,17 @@ impl Frame {
     /// root, so that many are under way.
     fn run_queued<P: Program<Output = Sampled, Work = PixelRun>>(
         &self,
-        engine: &Engine,
         program: &P,
         server: &impl Server<P>,
     ) -> Result<(), RunError> {
+        let memory = usize::try_from(self.settings.shade_memory_bytes).unwrap_or(usize::MAX);
+        let engine = Engine::new(self.n_threads);
+        let engine = if self.conditions.first_come {
+            // A pixel leads to no SPOTs but its own, so it is the budget that holds back pixels.
+            engine.order(Order::FirstCome).budget_bytes(usize::MAX)
+        } else {
+            engine.budget_bytes(memory)
+        };
         for pass in 0..self.passes.n_passes() {
             let job = PassesJob {
                 frame: self,
@@ -164,14 +158,9 @@ impl Frame {
                 n_pixels: 1,
             };
             let stats = engine.run_queued(program, server, self.n_threads, &job)?;
-            self.note_memory(&stats);
+            self.lock_outcome().shades.add(&stats);
         }
         Ok(())
-    }
-
-    fn note_memory(&self, stats: &Stats) {
-        let peak = &mut self.lock_outcome().shade_bytes_peak;
-        *peak = stats.peak_bytes().max(*peak);
     }
 
     /// What a failed run means for the frame; nothing if it was told to stop.
@@ -187,171 +176,11 @@ impl Frame {
         }
     }
 
-    fn is_cancelled(&self) -> bool {
+    pub(crate) fn is_cancelled(&self) -> bool {
         self.is_cancelled.load(Ordering::Relaxed)
     }
 
-    fn is_late(&self) -> bool {
+    pub(crate) fn is_late(&self) -> bool {
         self.deadline.is_some_and(|d| Instant::now() >= d)
-    }
-}
-
-impl<const CUTOUTS: bool, M: Media> Program for PixelProgram<'_, CUTOUTS, M> {
-    type Work = PixelRun;
-    type Output = Sampled;
-    type Question = Question;
-    type Answer = Answer;
-
-    fn starter<'a, R: Runtime<'a, Self>>(
-        &'a self,
-        runtime: &R,
-    ) -> impl Fn(PixelRun, R::Context) -> R::Started {
-        let pixels = runtime.pool();
-        move |run, cx| pixels.start("a pixel's samples", self.sample_pixels(run, cx))
-    }
-}
-
-impl<const CUTOUTS: bool, M: Media> PixelProgram<'_, CUTOUTS, M> {
-    /// Takes the samples that some pixels get in a pass, and adds them to the film.
-    async fn sample_pixels<C: Context<Self>>(&self, run: PixelRun, cx: C) -> Sampled {
-        let frame = self.frame;
-        // Others may wait for these pixels.
-        let _stop = StopOnPanic(frame);
-        let mut sampled = Sampled {
-            n_pixels: 0,
-            counts: RayCounts::default(),
-        };
-        for pixel_idx in run.pixels {
-            if frame.is_cancelled() {
-                break;
-            }
-            let pixel = frame.passes.pixel(run.tile, pixel_idx);
-            let sequence = frame.sampler.pixel(pixel);
-            let center = Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5);
-            for sample_idx in frame.passes.samples(run.pass) {
-                let sampler = sequence.sampler(sample_idx);
-                let offset = frame.filter.sample(sampler.pair(Purpose::Filter));
-                let lens = if frame.needs.lens {
-                    sampler.pair(Purpose::Lens)
-                } else {
-                    Vec2::splat(0.5)
-                };
-                let time = if frame.needs.motion {
-                    sampler.pair(Purpose::Time).x
-                } else {
-                    0.0
-                };
-                let ray = frame.camera.ray(center + offset, lens, time);
-                let counts = &mut sampled.counts;
-                let mut sample = self
-                    .integrator
-                    .trace(&ray, &frame.camera, &sampler, counts, &cx)
-                    .await;
-                sample.offset_sq = offset.length_squared();
-                let exposure = frame.prepared.scene.camera.exposure_scale;
-                if exposure != 1.0 {
-                    expose(&mut sample, exposure);
-                }
-                let is_finite = frame
-                    .film
-                    .tile(run.tile as usize)
-                    .add(pixel_idx as usize, &sample);
-                if !is_finite {
-                    // In a box, as room for it would be in the state of every path.
-                    let fault = Box::pin(self.find_fault(&ray, &sampler, &cx)).await;
-                    let id = SampleId {
-                        row: pixel[1],
-                        column: pixel[0],
-                        sample: sample_idx,
-                    };
-                    frame.lock_outcome().faults.add(id, fault);
-                }
-            }
-            sampled.n_pixels += 1;
-        }
-        sampled
-    }
-
-    /// Traces a path again to see where it stopped being finite. Its rays are not counted.
-    #[cold]
-    async fn find_fault<C: Context<Self>>(
-        &self,
-        ray: &CameraRay,
-        sampler: &Sampler<'_>,
-        cx: &C,
-    ) -> Fault {
-        let first = FirstFault::default();
-        let mut counts = RayCounts::default();
-        self.integrator
-            .watched_by(&first)
-            .trace(ray, &self.frame.camera, sampler, &mut counts, cx)
-            .await;
-        first.get().unwrap_or(Fault {
-            step: Step::Exposure,
-            depth: 0,
-            at: None,
-        })
-    }
-}
-
-/// Stops a frame whose code panicked.
-struct StopOnPanic<'f>(&'f Frame);
-
-impl Drop for StopOnPanic<'_> {
-    fn drop(&mut self) {
-        if std::thread::panicking() {
-            self.0.is_cancelled.store(true, Ordering::Relaxed);
-        }
-    }
-}
-
-impl PassesJob<'_> {
-    fn run(&self, number: u64) -> Option<PixelRun> {
-        self.frame.passes.run(&self.passes, self.n_pixels, number)
-    }
-}
-
-impl<P: Program<Work = PixelRun, Output = Sampled>> Job<P> for PassesJob<'_> {
-    fn root(&self, number: u64) -> Option<PixelRun> {
-        if self.frame.is_late() {
-            return None;
-        }
-        let run = self.run(number)?;
-        // With fewer tiles than threads the previous pass may still be under way: sums must be
-        // made in order. Its thread never waits for this one.
-        while !self.frame.passes.is_turn_of(run.pass, run.tile) {
-            if self.frame.is_cancelled() || self.frame.is_late() {
-                return None;
-            }
-            std::thread::yield_now();
-        }
-        Some(run)
-    }
-
-    fn done(&self, number: u64, sampled: Sampled) {
-        let Some(run) = self.run(number) else { return };
-        let frame = self.frame;
-        frame.lock_outcome().counts.add(sampled.counts);
-        let n_samples = u64::from(sampled.n_pixels) * frame.passes.samples(run.pass).len() as u64;
-        frame.pixels_sampled.fetch_add(n_samples, Ordering::Relaxed);
-        frame.passes.note_done(run.tile, sampled.n_pixels);
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.frame.is_cancelled()
-    }
-}
-
-/// Scales all light of a sample.
-fn expose(sample: &mut PixelSample, exposure: f32) {
-    for light in [
-        &mut sample.beauty,
-        &mut sample.emission,
-        &mut sample.direct_diffuse,
-        &mut sample.direct_specular,
-        &mut sample.indirect_diffuse,
-        &mut sample.indirect_specular,
-    ] {
-        *light *= exposure;
     }
 }

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use crate::RenderError;
 use crate::camera::RayGenerator;
 use crate::check::check_settings;
+use crate::conditions::Conditions;
 use crate::frame::Frame;
 use crate::integrator::Blame;
 use crate::needs::SceneNeeds;
@@ -35,6 +36,15 @@ pub struct RenderResult {
 impl RenderJob {
     /// Starts rendering at once.
     pub fn start(
+        prepared: Arc<PreparedScene>,
+        settings: RenderSettings,
+    ) -> Result<Self, RenderError> {
+        Self::start_under(Conditions::default(), prepared, settings)
+    }
+
+    /// Starts rendering under the conditions of an experiment. The image is the same.
+    pub fn start_under(
+        conditions: Conditions,
         prepared: Arc<PreparedScene>,
         settings: RenderSettings,
     ) -> Result<Self, RenderError> {
@@ -106,6 +116,7 @@ impl RenderJob {
             ended: Condvar::new(),
             prepared,
             settings,
+            conditions,
         });
         let thread = std::thread::Builder::new()
             .name("render".to_owned())
@@ -238,10 +249,11 @@ impl Frame {
                 accel: prepared.geometry.accel().n_bytes() as u64,
                 lights: prepared.lights.n_bytes() as u64,
                 film: self.film.n_bytes(),
-                shades_in_flight_peak: outcome.shade_bytes_peak as u64,
+                shades_in_flight_peak: outcome.shades.peak_bytes(),
                 texture_tiles_peak: tiles.bytes_peak,
                 ..Memory::default()
             },
+            shades: outcome.shades.stats(),
             textures: Textures {
                 tiles_total: tiles.tiles_total,
                 tiles_loaded: tiles.tiles_loaded,

@@ -6,6 +6,7 @@
 
 mod camera;
 mod check;
+mod conditions;
 mod error;
 mod frame;
 mod geometry;
@@ -14,12 +15,17 @@ mod job;
 mod light;
 mod needs;
 mod passes;
+mod plain;
 mod prepared;
+mod program;
 mod sampler;
+mod samples;
+mod shades;
 #[cfg(test)]
 mod statistics;
 mod stats;
 
+pub use conditions::Conditions;
 pub use error::RenderError;
 pub use geometry::View;
 pub use job::{RenderJob, RenderResult};

@@ -33,8 +33,6 @@ pub struct PreparedScene {
 pub struct PrepareOptions {
     /// Bound on the texture tiles in memory.
     pub texture_memory_bytes: u64,
-    /// Camera samples that will be taken: what a better tree costs must come back in their rays.
-    pub n_camera_samples: u64,
     /// Whether rays skip the code for what the scene does not have: instances, motion, curves,
     /// points, masks. False runs the general walk (tests, benchmarks).
     pub specialize_rays: bool,
@@ -44,7 +42,6 @@ impl Default for PrepareOptions {
     fn default() -> Self {
         Self {
             texture_memory_bytes: 1 << 30,
-            n_camera_samples: u64::MAX,
             specialize_rays: true,
         }
     }

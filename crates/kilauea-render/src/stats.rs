@@ -26,6 +26,8 @@ pub struct RenderStats {
     pub rays: Rays,
     /// Bytes.
     pub memory: Memory,
+    /// Shades that waited for answers.
+    pub shades: ShadeStats,
     /// Texture tiles.
     pub textures: Textures,
     /// Size of the scene.
@@ -79,6 +81,20 @@ impl From<RayCounts> for Rays {
             photon: 0,
         }
     }
+}
+
+/// Shades that waited for answers, zeros where none did.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub struct ShadeStats {
+    /// Most shades in flight, in the pass that took most memory.
+    pub in_flight_peak: u64,
+    /// Questions whose answers they had not read when they took most memory.
+    pub questions_at_peak: u64,
+    /// Questions asked in all.
+    pub questions: u64,
+    /// Fraction of the time in which engine threads had something to do, until the last pixel of
+    /// each pass had begun.
+    pub busy: f64,
 }
 
 /// Bytes held.

@@ -1,7 +1,9 @@
 //! How much memory SPOTs in flight may take.
 
-/// Roots that a thread admits before it has seen what they lead to.
-const FIRST_WINDOW: usize = 64;
+/// Least number of roots that a thread admits before it has seen what they lead to.
+const MIN_FIRST_WINDOW: usize = 64;
+/// What each root is taken to lead to until then. More than most, and little of a budget.
+const FIRST_ROOT_BYTES: usize = 64 << 10;
 
 /// The bytes that one engine thread has in flight, and its share of the budget.
 pub(crate) struct Budget {
@@ -10,6 +12,8 @@ pub(crate) struct Budget {
     peak_bytes: usize,
     n_spots: usize,
     peak_spots: usize,
+    n_questions: usize,
+    questions_at_peak: usize,
     n_roots: usize,
     window: usize,
 }
@@ -37,8 +41,10 @@ impl Budget {
             peak_bytes: 0,
             n_spots: 0,
             peak_spots: 0,
+            n_questions: 0,
+            questions_at_peak: 0,
             n_roots: 0,
-            window: FIRST_WINDOW,
+            window: (share_bytes / FIRST_ROOT_BYTES).max(MIN_FIRST_WINDOW),
         }
     }
 
@@ -48,6 +54,11 @@ impl Budget {
 
     pub(crate) fn peak_spots(&self) -> usize {
         self.peak_spots
+    }
+
+    /// Questions that were asked and not read when most bytes were in flight.
+    pub(crate) fn questions_at_peak(&self) -> usize {
+        self.questions_at_peak
     }
 
     /// Whether the whole share is not used yet; what [`Order::FirstCome`](crate::Order) asks for.
@@ -92,10 +103,25 @@ impl Budget {
         self.n_spots -= 1;
     }
 
+    /// A question is asked.
+    pub(crate) fn begin_question(&mut self, bytes: usize) {
+        self.n_questions += 1;
+        self.charge(bytes);
+    }
+
+    /// The answer was read, or given up.
+    pub(crate) fn end_question(&mut self, bytes: usize) {
+        self.n_questions -= 1;
+        self.release(bytes);
+    }
+
     /// Counts memory.
     pub(crate) fn charge(&mut self, bytes: usize) {
         self.bytes += bytes;
-        self.peak_bytes = self.peak_bytes.max(self.bytes);
+        if self.bytes > self.peak_bytes {
+            self.peak_bytes = self.bytes;
+            self.questions_at_peak = self.n_questions;
+        }
         // Once for all roots that are in flight now: not again before half of them have ended.
         if self.n_roots <= self.window && self.pressure() > Pressure::Start {
             self.window = (self.n_roots / 2).max(1);
@@ -151,19 +177,19 @@ mod tests {
             }
             budget.n_roots
         };
-        assert_eq!(admit_all(&mut budget), FIRST_WINDOW);
+        assert_eq!(admit_all(&mut budget), MIN_FIRST_WINDOW);
         for _ in 0..10 {
             budget.end_root();
         }
-        assert_eq!(admit_all(&mut budget), FIRST_WINDOW + 10);
+        assert_eq!(admit_all(&mut budget), MIN_FIRST_WINDOW + 10);
         // Short of memory twice before anything ends: halved once.
         budget.charge(6001);
         budget.charge(1);
         budget.release(6002);
-        assert_eq!(budget.window, FIRST_WINDOW / 2 + 5);
+        assert_eq!(budget.window, MIN_FIRST_WINDOW / 2 + 5);
         while budget.n_roots > budget.window {
             budget.end_root();
         }
-        assert_eq!(admit_all(&mut budget), FIRST_WINDOW / 2 + 5);
+        assert_eq!(admit_all(&mut budget), MIN_FIRST_WINDOW / 2 + 5);
     }
 }

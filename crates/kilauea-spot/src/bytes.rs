@@ -3,6 +3,7 @@
 //! What a link to another machine does, without the machine: it shows that nothing but bytes has
 //! to cross.
 
+use std::num::NonZeroU32;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::scope;
@@ -133,7 +134,7 @@ fn decode_items<T: Wire>(bytes: &mut &[u8]) -> Result<(u32, Vec<(Ticket, T)>), W
     let mut items = Vec::with_capacity(n.min(bytes.len() / size_of::<Ticket>()));
     for _ in 0..n {
         let slot = u32::decode(bytes)?;
-        let round = u32::decode(bytes)?;
+        let round = NonZeroU32::decode(bytes)?;
         items.push((Ticket { slot, round }, T::decode(bytes)?));
     }
     Ok((thread, items))

@@ -11,6 +11,9 @@ pub(crate) trait Cells<R> {
 
     /// Cells allocated so far.
     fn n_allocated(&self) -> usize;
+
+    /// Memory that a cell takes, with what refers to it.
+    fn cell_bytes(&self) -> usize;
 }
 
 /// Cells for futures of type `F`. Each is allocated once, when no other is free.
@@ -20,9 +23,6 @@ pub(crate) struct CellsOf<F> {
 }
 
 impl<F> CellsOf<F> {
-    /// Memory that a cell takes, with what refers to it.
-    pub(crate) const BYTES: usize = size_of::<Option<F>>() + size_of::<usize>() + size_of::<u32>();
-
     pub(crate) fn new() -> Self {
         Self {
             cells: RefCell::new(Vec::new()),
@@ -59,6 +59,10 @@ impl<F: Future> Cells<F::Output> for CellsOf<F> {
 
     fn n_allocated(&self) -> usize {
         self.cells.borrow().len()
+    }
+
+    fn cell_bytes(&self) -> usize {
+        size_of::<Option<F>>() + size_of::<usize>() + size_of::<u32>()
     }
 }
 

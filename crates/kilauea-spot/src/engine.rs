@@ -115,13 +115,14 @@ impl Engine {
         S: Server<P>,
         J: Job<P>,
     {
-        let exchange = Exchange::new(&self.limits);
+        let n_servers = n_servers.max(1);
+        let exchange = Exchange::new(&self.limits, n_servers);
         let fail = |error| exchange.end(Some(error));
         let serve = || server.serve(&Desk::new(&exchange));
         let run = |thread| run_thread(thread, program, job, &exchange, &self.limits);
         let start = Instant::now();
         let threads = scope(|threads| {
-            for i in 0..n_servers.max(1) {
+            for i in 0..n_servers {
                 spawn(
                     threads,
                     format!("answers {i}"),

@@ -6,6 +6,7 @@
 
 use loom::sync::Arc;
 use loom::thread;
+use std::num::NonZeroU32;
 
 use crate::backlog::Backlog;
 use crate::engine::Limits;
@@ -35,6 +36,11 @@ impl Program for Nothing {
 }
 
 /// Runs `model` in every interleaving with at most three preemptions.
+const TICKET: Ticket = Ticket {
+    slot: 0,
+    round: NonZeroU32::MIN,
+};
+
 fn check(model: impl Fn() + Sync + Send + 'static) {
     let mut builder = loom::model::Builder::new();
     builder.preemption_bound = Some(3);
@@ -42,18 +48,18 @@ fn check(model: impl Fn() + Sync + Send + 'static) {
 }
 
 fn exchange() -> Arc<Exchange<Nothing>> {
-    Arc::new(Exchange::new(&Limits {
+    let limits = Limits {
         n_threads: 2,
         budget_bytes: 0,
         questions_out: 1,
         batch_len: 1,
         stack_bytes: 0,
         order: Order::HighestGeneration,
-    }))
+    };
+    Arc::new(Exchange::new(&limits, 1))
 }
 
 fn child(root: u64) -> Child<Nothing> {
-    let ticket = Ticket { slot: 0, round: 0 };
     Child {
         work: 0,
         generation: 1,
@@ -61,7 +67,7 @@ fn child(root: u64) -> Child<Nothing> {
         home: Home {
             thread: 0,
             spot: 0,
-            ticket,
+            ticket: TICKET,
         },
     }
 }
@@ -210,7 +216,7 @@ fn every_batch_reaches_one_server_and_closing_reaches_all() {
         let questions: &QuestionQueue<u32> = &exchange.questions;
         questions.push(Batch {
             thread: 0,
-            questions: vec![(Ticket { slot: 0, round: 0 }, 1)],
+            questions: vec![(TICKET, 1)],
         });
         while !is_served.load(Ordering::SeqCst) {
             exchange.wait_for_mail(0);

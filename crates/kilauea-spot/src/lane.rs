@@ -179,7 +179,7 @@ impl<P: Program> Lane<P> {
     pub(crate) fn ask(&mut self, question: P::Question) -> Ticket {
         let ticket = self.answers.open(self.current);
         self.spots[self.current as usize].n_open += 1;
-        self.budget.charge(Self::QUESTION_BYTES);
+        self.budget.begin_question(Self::QUESTION_BYTES);
         self.outbox.push((ticket, question));
         self.n_questions += 1;
         ticket
@@ -208,7 +208,7 @@ impl<P: Program> Lane<P> {
     /// Reads an answer.
     pub(crate) fn take_answer(&mut self, ticket: Ticket) -> Option<P::Answer> {
         let answer = self.answers.take(ticket)?;
-        self.budget.release(Self::QUESTION_BYTES);
+        self.budget.end_question(Self::QUESTION_BYTES);
         Some(answer)
     }
 
@@ -221,7 +221,7 @@ impl<P: Program> Lane<P> {
 
     /// Gives up an answer.
     pub(crate) fn discard_answer(&mut self, ticket: Ticket) {
-        self.budget.release(Self::QUESTION_BYTES);
+        self.budget.end_question(Self::QUESTION_BYTES);
         if let Some(spot) = self.answers.discard(ticket) {
             self.spots[spot as usize].n_open -= 1;
         }

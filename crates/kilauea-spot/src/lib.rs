@@ -137,6 +137,7 @@ mod backlog;
 mod budget;
 mod bytes;
 mod cells;
+mod delayed;
 mod engine;
 mod error;
 mod exchange;
@@ -156,6 +157,7 @@ mod thread;
 mod wire;
 
 pub use bytes::{Bytes, decode_batch, encode_batch};
+pub use delayed::Delayed;
 pub use engine::Engine;
 pub use error::RunError;
 pub use exchange::Batch;

@@ -30,8 +30,9 @@ pub trait Program: Sync + Sized {
 /// Both calls send at once, not when their future is first polled: ask first, await later.
 /// Dropping a future unread gives its slot back; a child goes on to its end all the same.
 pub trait Context<P: Program>: Clone {
-    /// Resolves to the answer.
-    type Reply: Future<Output = P::Answer>;
+    /// Resolves to the answer. It may be awaited where it is, through `&mut`: a SPOT's future keeps
+    /// what is moved to be awaited in two places.
+    type Reply: Future<Output = P::Answer> + Unpin;
     /// Resolves to the output of the child.
     type Child: Future<Output = P::Output>;
 

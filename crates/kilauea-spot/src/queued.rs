@@ -36,7 +36,6 @@ pub struct Started<'a> {
     pub(crate) label: &'a str,
     pub(crate) pool: u32,
     pub(crate) cell: u32,
-    pub(crate) cell_bytes: u32,
 }
 
 /// An answer on its way.
@@ -80,6 +79,11 @@ impl<P: Program> Queued<'_, P> {
         self.pools.borrow()[started.pool as usize].poll(started.cell)
     }
 
+    /// Memory that a SPOT's cell takes, with what refers to it.
+    pub(crate) fn cell_bytes(&self, started: &Started<'_>) -> usize {
+        self.pools.borrow()[started.pool as usize].cell_bytes() + size_of::<Started<'_>>()
+    }
+
     pub(crate) fn n_cells(&self) -> usize {
         self.pools.borrow().iter().map(|p| p.n_allocated()).sum()
     }
@@ -109,7 +113,6 @@ impl<'a, F> Pool<'a, F> for QueuedPool<F> {
             label,
             pool: self.pool,
             cell: self.cells.insert(future),
-            cell_bytes: (CellsOf::<F>::BYTES + size_of::<Started<'_>>()) as u32,
         }
     }
 }

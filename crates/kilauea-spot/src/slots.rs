@@ -1,13 +1,16 @@
 //! Slots: the places that answers come home to.
 
+use std::num::NonZeroU32;
+
 /// Names a slot in one round of its use.
 ///
 /// A slot is used again and again. The round tells a late answer that its slot was dropped, and
-/// maybe given to another question since. It wraps after 2^32 uses of the same slot.
+/// maybe given to another question since. It wraps after 2^32 - 1 uses of the same slot. It is never
+/// 0, so that a ticket that may be missing takes no more memory: SPOTs keep one for each answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Ticket {
     pub(crate) slot: u32,
-    pub(crate) round: u32,
+    pub(crate) round: NonZeroU32,
 }
 
 /// Slots for values of one type, and which SPOT each belongs to.
@@ -17,7 +20,7 @@ pub(crate) struct Slots<T> {
 }
 
 struct Slot<T> {
-    round: u32,
+    round: NonZeroU32,
     state: SlotState<T>,
 }
 
@@ -42,10 +45,11 @@ impl<T> Slots<T> {
     pub(crate) fn open(&mut self, spot: u32) -> Ticket {
         let state = SlotState::Open { spot };
         let Some(idx) = self.first_free else {
-            self.slots.push(Slot { round: 0, state });
+            let round = NonZeroU32::MIN;
+            self.slots.push(Slot { round, state });
             return Ticket {
                 slot: (self.slots.len() - 1) as u32,
-                round: 0,
+                round,
             };
         };
         let slot = &mut self.slots[idx as usize];
@@ -102,7 +106,7 @@ impl<T> Slots<T> {
 
     fn free(&mut self, idx: u32) -> SlotState<T> {
         let slot = &mut self.slots[idx as usize];
-        slot.round = slot.round.wrapping_add(1);
+        slot.round = slot.round.checked_add(1).unwrap_or(NonZeroU32::MIN);
         let next = self.first_free.replace(idx);
         std::mem::replace(&mut slot.state, SlotState::Free { next })
     }

@@ -31,10 +31,14 @@ pub struct ThreadStats {
     pub peak_bytes: usize,
     /// Most SPOTs in flight.
     pub peak_spots: usize,
+    /// Questions asked and not read when most bytes were in flight.
+    pub questions_at_peak: usize,
     /// From start to end.
     pub total: Duration,
     /// Waited while there were roots left to admit.
     pub starved: Duration,
+    /// Of that, while the budget had no room for another root.
+    pub starved_of_memory: Duration,
     /// Waited for the last roots to end.
     pub waited_for_end: Duration,
 }
@@ -60,11 +64,26 @@ impl ThreadStats {
     /// Fraction of the time in which the thread had something to do, up to the admission of the
     /// last root.
     pub fn busy_fraction(&self) -> f64 {
-        let total = self.total.saturating_sub(self.waited_for_end).as_secs_f64();
-        if total > 0.0 {
-            1.0 - self.starved.as_secs_f64() / total
-        } else {
-            1.0
-        }
+        1.0 - fraction(self.starved, self.until_last_root())
+    }
+
+    /// The same without the time in which the budget had no room for another root: what is missing
+    /// to 1 is what the engine could do better.
+    pub fn busy_fraction_with_memory(&self) -> f64 {
+        let starved = self.starved.saturating_sub(self.starved_of_memory);
+        let time = self.until_last_root();
+        1.0 - fraction(starved, time.saturating_sub(self.starved_of_memory))
+    }
+
+    fn until_last_root(&self) -> Duration {
+        self.total.saturating_sub(self.waited_for_end)
+    }
+}
+
+fn fraction(part: Duration, whole: Duration) -> f64 {
+    if whole.is_zero() {
+        0.0
+    } else {
+        part.as_secs_f64() / whole.as_secs_f64()
     }
 }

@@ -126,7 +126,7 @@ where
             return self.choose_first_come(may_admit);
         }
         let pressure = lane.budget.pressure();
-        let may_admit = lane.budget.may_admit();
+        let may_admit = lane.budget.may_admit() && !self.is_ahead_of_answers();
         let backlog = &self.exchange.backlogs[self.thread];
         if pressure <= Pressure::Resume {
             let urgency = lane.ready.urgency();
@@ -147,6 +147,13 @@ where
             return Some(root);
         }
         self.exchange.steal(self.thread).map(Task::StartChild)
+    }
+
+    /// Whether those who answer have more to do than they can begin. Then another root would but
+    /// wait for them, and what is in flight should stay in the caches. This thread's own questions
+    /// bring it mail, so it does not wait in vain.
+    fn is_ahead_of_answers(&self) -> bool {
+        self.n_questions_out >= self.limits.batch_len && self.exchange.questions.is_backed_up()
     }
 
     fn choose_first_come(&mut self, may_admit: bool) -> Option<Task<P>> {
@@ -238,9 +245,8 @@ where
         self.stats.n_spots += 1;
         let spot = self.lane.borrow_mut().begin_spot(origin);
         let started = (self.starter)(work, self.runtime.context());
-        self.lane
-            .borrow_mut()
-            .charge_spot(spot, started.cell_bytes as usize);
+        let cell_bytes = self.runtime.cell_bytes(&started);
+        self.lane.borrow_mut().charge_spot(spot, cell_bytes);
         let idx = spot as usize;
         if idx >= self.started.len() {
             self.started.resize(idx + 1, None);
@@ -333,6 +339,7 @@ where
     fn wait(&mut self) {
         while self.send_batch() {}
         let is_starved = !self.exchange.progress.is_exhausted();
+        let is_short_of_memory = self.lane.borrow().budget.pressure() > Pressure::Admit;
         let start = Instant::now();
         let may_start = self.limits.order == Order::FirstCome
             || self.lane.borrow().budget.pressure() <= Pressure::Start;
@@ -345,6 +352,9 @@ where
         let waited = start.elapsed();
         if is_starved {
             self.stats.starved += waited;
+            if is_short_of_memory {
+                self.stats.starved_of_memory += waited;
+            }
         } else {
             self.stats.waited_for_end += waited;
         }
@@ -358,6 +368,7 @@ where
         self.stats.n_questions = lane.n_questions;
         self.stats.peak_bytes = lane.budget.peak_bytes();
         self.stats.peak_spots = lane.budget.peak_spots();
+        self.stats.questions_at_peak = lane.budget.questions_at_peak();
         self.stats.n_cells = self.runtime.n_cells();
         self.stats.total = start.elapsed();
         drop(lane);

@@ -1,5 +1,7 @@
 //! Values as bytes: little-endian, without padding, nothing but the fields.
 
+use std::num::NonZeroU32;
+
 /// A value that can travel as bytes. Floats keep their bits.
 pub trait Wire: Sized {
     /// Appends the value.
@@ -18,6 +20,9 @@ pub enum WireError {
     /// Bytes are left over.
     #[error("has {0} bytes too many")]
     Long(usize),
+    /// A number that cannot be 0 is.
+    #[error("has a 0 where none can be")]
+    Zero,
     /// A byte that should tell variants apart tells none.
     #[error("has no variant {0}")]
     Variant(u8),
@@ -40,6 +45,16 @@ macro_rules! wire_numbers {
 }
 
 wire_numbers!(u8 u16 u32 u64 i32 i64 f32 f64);
+
+impl Wire for NonZeroU32 {
+    fn encode(&self, bytes: &mut Vec<u8>) {
+        self.get().encode(bytes);
+    }
+
+    fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
+        Self::new(u32::decode(bytes)?).ok_or(WireError::Zero)
+    }
+}
 
 impl Wire for bool {
     fn encode(&self, bytes: &mut Vec<u8>) {
@@ -106,6 +121,7 @@ mod tests {
         check(&Some([1.0_f32, -0.0, f32::MIN_POSITIVE]));
         check(&None::<u8>);
         check(&true);
+        check(&NonZeroU32::MIN);
     }
 
     #[test]
@@ -115,5 +131,6 @@ mod tests {
             Option::<u8>::decode(&mut &[7, 0][..]),
             Err(WireError::Variant(7))
         );
+        assert_eq!(NonZeroU32::decode(&mut &[0; 4][..]), Err(WireError::Zero));
     }
 }

@@ -6,10 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use kilauea_spot::{
-    Answerer, Bytes, Context, Engine, Job, Pool, Program, Queue, RunError, Runtime, Stats, Wire,
-    WireError, decode_batch, encode_batch,
+    Answerer, Bytes, Context, Delayed, Engine, Job, Pool, Program, Queue, RunError, Runtime, Stats,
+    Wire, WireError, decode_batch, encode_batch,
 };
-use support::delayed::Delayed;
 use support::hall::mix;
 
 /// What goes wrong in root number 100 of a program.
@@ -251,9 +250,6 @@ fn cancelled_runs_end_within_a_second() {
     check_cancelled(|job| engine.run_queued(&program, &Queue::new(&program), 2, job));
     check_cancelled(|job| engine.run_queued(&program, &Bytes::new(&program), 2, job));
     // All SPOTs wait for answers that are a minute away.
-    let server = Delayed {
-        answerer: &program,
-        max_delay: Duration::from_mins(1),
-    };
+    let server = Delayed::new(&program, Duration::from_mins(1));
     check_cancelled(|job| engine.run_queued(&program, &server, 2, job));
 }

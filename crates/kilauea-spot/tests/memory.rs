@@ -4,8 +4,7 @@ mod support;
 
 use std::time::Duration;
 
-use kilauea_spot::{Context, Engine, Order, Pool, Program, Queue, Runtime, Server, Stats};
-use support::delayed::Delayed;
+use kilauea_spot::{Context, Delayed, Engine, Order, Pool, Program, Queue, Runtime, Server, Stats};
 use support::hall::{Answer, Geometry, Hall, Node, Question};
 use support::outputs::Outputs;
 
@@ -27,10 +26,7 @@ fn run(order: Order, server: &impl Server<Hall>) -> Stats {
 #[test]
 fn a_hall_of_mirrors_keeps_within_its_budget() {
     let at_once = run(Order::HighestGeneration, &Queue::new(&Geometry));
-    let server = Delayed {
-        answerer: &Geometry,
-        max_delay: Duration::from_micros(500),
-    };
+    let server = Delayed::new(&Geometry, Duration::from_micros(500));
     let late = run(Order::HighestGeneration, &server);
     for stats in [at_once, late] {
         assert!(stats.peak_bytes() <= BUDGET, "{} bytes", stats.peak_bytes());

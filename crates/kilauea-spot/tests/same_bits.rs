@@ -4,8 +4,7 @@ mod support;
 
 use std::time::Duration;
 
-use kilauea_spot::{Bytes, Engine, Order, Queue, Server};
-use support::delayed::Delayed;
+use kilauea_spot::{Bytes, Delayed, Engine, Order, Queue, Server};
 use support::hall::{Geometry, Hall, Node};
 use support::outputs::Outputs;
 
@@ -56,10 +55,7 @@ fn threads_do_not_matter() {
 fn delays_and_order_of_arrival_do_not_matter() {
     let expected = inline(1);
     for n_threads in [1, 3] {
-        let server = Delayed {
-            answerer: &Geometry,
-            max_delay: Duration::from_millis(2),
-        };
+        let server = Delayed::new(&Geometry, Duration::from_millis(2));
         assert_eq!(queued(&Engine::new(n_threads), &server, 2), expected);
     }
 }

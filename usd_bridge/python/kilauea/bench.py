@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 
-from kilauea.benchmarks import error, ledger, load, needs, rays, samples
+from kilauea.benchmarks import error, ledger, load, needs, rays, samples, shading
 
 SUBCOMMANDS = {
     "samples": (samples, "camera paths per second against Cycles and Mitsuba"),
     "rays": (rays, "rays per second on one thread against Embree, and building of trees"),
+    "shading": (shading, "what shading as a dataflow costs, against a plain loop"),
     "load": (load, "time and memory from the stage to the first ray, against Blender"),
     "needs": (needs, "what is saved by skipping what a stage has no use for"),
     "error": (error, "error at equal time against Cycles, Mitsuba and LuxCore"),

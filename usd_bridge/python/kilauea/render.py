@@ -93,7 +93,6 @@ def build_scene(frame: Frame, options: RenderOptions) -> Any:
     settings = DEFAULTS | frame.settings | options.settings
     build_options = {
         "resolution": settings["resolution"],
-        "samples_per_pixel": settings["samples_per_pixel"],
         "texture_memory_bytes": settings["texture_memory_bytes"],
         "max_subdivision_level": options.max_subdivision_level,
         "max_chunk_triangles": MAX_CHUNK_TRIANGLES,

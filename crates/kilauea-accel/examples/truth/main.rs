@@ -1,6 +1,6 @@
 //! The truth of the kernels: `cargo run --release -p kilauea-accel --example truth -- --rays 1e8`.
 //!
-//! Traces rays over the stress sets with both kernels and both qualities of trees, and counts what
+//! Traces rays over the stress sets with both kernels, and counts what
 //! is not as an oracle in `f64` says. `--set NAME` runs the sets whose names begin so; `--json FILE`
 //! writes the figures. Exits with 1 if anything is wrong.
 #![allow(clippy::print_stdout, reason = "the figures are what it is for")]
@@ -44,7 +44,7 @@ fn measure() -> Result<bool, String> {
 
     let per_set = (n_rays / sets.len() as f64) as u64;
     println!(
-        "{:16} {:>10} {:>10}  leaks missed false wrong  self kernels  trees  t error   off by     s",
+        "{:16} {:>10} {:>10}  leaks missed false wrong  self kernels  t error   off by     s",
         "set", "rays", "spawned"
     );
     let mut rows = Vec::new();
@@ -66,7 +66,7 @@ fn measure() -> Result<bool, String> {
 
 fn print_row(name: &str, tally: &Tally, secs: f64) {
     println!(
-        "{name:16} {:10} {:10} {:6} {:6} {:5} {:5} {:5} {:7} {:6}  {:.1e}  {:7.2}  {secs:4.0}",
+        "{name:16} {:10} {:10} {:6} {:6} {:5} {:5} {:5} {:7}  {:.1e}  {:7.2}  {secs:4.0}",
         tally.n_rays,
         tally.n_spawned,
         tally.n_leaks,
@@ -75,7 +75,6 @@ fn print_row(name: &str, tally: &Tally, secs: f64) {
         tally.n_wrong,
         tally.n_self,
         tally.n_kernels,
-        tally.n_trees,
         tally.max_t_error,
         tally.max_off_by,
     );
@@ -95,7 +94,6 @@ fn row(name: &str, tally: &Tally, secs: f64) -> Value {
         "wrong": tally.n_wrong,
         "self": tally.n_self,
         "kernels_differ": tally.n_kernels,
-        "trees_differ": tally.n_trees,
         "max_t_error": tally.max_t_error,
         "max_off_by_ulps": tally.max_off_by,
         "failures": tally.failures,

@@ -1,7 +1,8 @@
+use super::capsules::Capsules;
 use super::{Block, BlockRay, Limit};
 use crate::motion::MotionNode8;
 use crate::node::Node8;
-use crate::primitive::{Piece, RayFrame, Segment};
+use crate::primitive::{Capsule, Piece, RayFrame, Segment};
 use crate::traverse::Kernel;
 use kilauea_math::Bounds3;
 
@@ -45,6 +46,13 @@ impl CurveStore {
         }
     }
 
+    /// Capsules around a piece of a segment at both ends of the interval.
+    fn capsules(&self, (segment, piece): (u32, Piece)) -> [Capsule; 2] {
+        let first = &self.segments[segment as usize].segment;
+        let last = self.later.get(segment as usize).unwrap_or(first);
+        [first, last].map(|segment| segment.capsule(piece))
+    }
+
     pub(crate) fn n_bytes(&self) -> usize {
         size_of_val(self.segments.as_slice())
             + size_of_val(self.later.as_slice())
@@ -54,45 +62,48 @@ impl CurveStore {
 
 /// Up to four pieces of segments.
 #[derive(Clone, Debug)]
-pub(crate) struct CurveBlock {
+struct Pieces {
     /// `u32::MAX` in unused lanes, which come last.
-    pub(crate) segment: [u32; 4],
-    pub(crate) piece: [Piece; 4],
+    segment: [u32; 4],
+    piece: [Piece; 4],
 }
 
-impl CurveBlock {
-    /// At most four pieces.
-    pub(crate) fn new(pieces: impl IntoIterator<Item = (u32, Piece)>) -> Self {
-        let mut block = Self {
+impl Pieces {
+    fn new(pieces: &[(u32, Piece)]) -> Self {
+        let mut all = Self {
             segment: [u32::MAX; 4],
             piece: [Piece::WHOLE; 4],
         };
-        for (lane, (segment, piece)) in pieces.into_iter().enumerate() {
-            block.segment[lane] = segment;
-            block.piece[lane] = piece;
+        for (lane, &(segment, piece)) in pieces.iter().enumerate() {
+            all.segment[lane] = segment;
+            all.piece[lane] = piece;
         }
-        block
+        all
     }
 
-    fn pieces(&self) -> impl Iterator<Item = (u32, Piece)> {
+    fn used(&self) -> impl Iterator<Item = (u32, Piece)> {
         let all = self.segment.into_iter().zip(self.piece);
         all.take_while(|&(segment, _)| segment != u32::MAX)
     }
 
+    /// Tests the lanes `open`, whose capsules the ray meets.
     #[inline(always)]
     fn offer_hits(
         &self,
         store: &CurveStore,
         ray: &RayFrame,
-        limit: f32,
-        segment_at: impl Fn(u32) -> Segment,
+        (mut open, limit): (u32, f32),
+        segment_at: impl Fn(usize) -> Segment,
         mut offer: impl FnMut(u32, [f32; 3]) -> bool,
     ) {
-        for (index, piece) in self.pieces() {
-            let stored = &store.segments[index as usize];
+        while open != 0 {
+            let lane = (open.trailing_zeros() & 3) as usize;
+            open &= open - 1;
+            let index = self.segment[lane] as usize;
+            let stored = &store.segments[index];
             let normals = store.normals.get(stored.normals as usize);
             let segment = segment_at(index);
-            if let Some(place) = segment.intersect(normals, piece, ray, limit)
+            if let Some(place) = segment.intersect(normals, self.piece[lane], ray, limit)
                 && offer(stored.primitive, place.rounded())
             {
                 return;
@@ -101,12 +112,30 @@ impl CurveBlock {
     }
 
     fn primitives(&self, store: &CurveStore) -> Vec<(u32, [Bounds3; 2])> {
-        self.pieces()
+        self.used()
             .map(|(index, piece)| {
                 let primitive = store.segments[index as usize].primitive;
                 (primitive, store.bounds(index, piece))
             })
             .collect()
+    }
+}
+
+/// Pieces of segments that stand still.
+#[derive(Clone, Debug)]
+pub(crate) struct CurveBlock {
+    pieces: Pieces,
+    capsules: Capsules,
+}
+
+impl CurveBlock {
+    /// At most four pieces.
+    pub(crate) fn new(store: &CurveStore, pieces: &[(u32, Piece)]) -> Self {
+        let capsules = pieces.iter().map(|&piece| store.capsules(piece)[0]);
+        Self {
+            pieces: Pieces::new(pieces),
+            capsules: Capsules::new(capsules),
+        }
     }
 }
 
@@ -129,18 +158,42 @@ impl Block for CurveBlock {
         limit: Limit,
         offer: impl FnMut(u32, [f32; 3]) -> bool,
     ) {
-        let segment_at = |index: u32| store.segments[index as usize].segment;
-        self.offer_hits(store, ray, limit.t, segment_at, offer);
+        let met = self.capsules.met(ray, depth_limit(ray, limit));
+        let segment_at = |index: usize| store.segments[index].segment;
+        self.pieces
+            .offer_hits(store, ray, (met, limit.t), segment_at, offer);
     }
 
     fn primitives(&self, store: &CurveStore) -> Vec<(u32, [Bounds3; 2])> {
-        self.primitives(store)
+        self.pieces.primitives(store)
     }
 }
 
-/// Up to four pieces of segments whose control points move.
+/// The depth beyond which hits do not matter; one a little further may round to the limit.
+#[inline(always)]
+fn depth_limit(ray: &RayFrame, limit: Limit) -> f64 {
+    ray.depth(limit.t.next_up())
+}
+
+/// Pieces of segments whose control points move.
 #[derive(Clone, Debug)]
-pub(crate) struct MovingCurveBlock(pub(crate) CurveBlock);
+pub(crate) struct MovingCurveBlock {
+    pieces: Pieces,
+    /// Around the same pieces as an interval begins and ends.
+    ends: [Capsules; 2],
+}
+
+impl MovingCurveBlock {
+    /// At most four pieces.
+    pub(crate) fn new(store: &CurveStore, pieces: &[(u32, Piece)]) -> Self {
+        let capsules =
+            |end: usize| Capsules::new(pieces.iter().map(|&piece| store.capsules(piece)[end]));
+        Self {
+            ends: [capsules(0), capsules(1)],
+            pieces: Pieces::new(pieces),
+        }
+    }
+}
 
 impl Block for MovingCurveBlock {
     type Node = MotionNode8;
@@ -161,14 +214,17 @@ impl Block for MovingCurveBlock {
         limit: Limit,
         offer: impl FnMut(u32, [f32; 3]) -> bool,
     ) {
-        let segment_at = |index: u32| {
-            let first = &store.segments[index as usize].segment;
-            first.at_time(&store.later[index as usize], *fraction)
+        let capsules = self.ends[0].at_time(&self.ends[1], *fraction);
+        let met = capsules.met(ray, depth_limit(ray, limit));
+        let segment_at = |index: usize| {
+            let first = &store.segments[index].segment;
+            first.at_time(&store.later[index], *fraction)
         };
-        self.0.offer_hits(store, ray, limit.t, segment_at, offer);
+        self.pieces
+            .offer_hits(store, ray, (met, limit.t), segment_at, offer);
     }
 
     fn primitives(&self, store: &CurveStore) -> Vec<(u32, [Bounds3; 2])> {
-        self.0.primitives(store)
+        self.pieces.primitives(store)
     }
 }

@@ -1,5 +1,6 @@
 //! Leaves of all kinds but still triangles, which have a walk of their own, and trees over them.
 
+mod capsules;
 mod curves;
 mod moving_pairs;
 mod spheres;

@@ -45,7 +45,7 @@ impl SphereBlock {
     /// The lanes whose spheres the line meets.
     #[inline(always)]
     fn met(&self, ray: &RayFrame) -> u32 {
-        let [x, y] = ray.across_axes();
+        let [x, y, _] = ray.axes();
         let origin = ray.origin();
         // Lane by lane alike, so that compilers turn it into vectors.
         let met: [bool; 4] = std::array::from_fn(|lane| {

@@ -1,187 +1,203 @@
-//! Binary trees from the top down, every node cut where the surface area heuristic is least, judged
-//! at bins of the boxes' centers (Wald 2007).
+//! Binary trees from the top down, every node cut where the surface area heuristic is least.
 
-use kilauea_math::Vec3A;
+use super::bins::{Binning, Bins};
+use super::reference::{Centers, Reference, doubled_center_at};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::node::Bvh2Node;
+use rayon::prelude::*;
 
-/// Bins by axis.
-pub(super) const N_BINS: usize = 32;
-/// Below this depth nodes are halved, so that no input makes trees of any depth.
-const MAX_DEPTH: u32 = 96;
-/// From this many boxes on, the two halves are built side by side.
+/// No leaf is deeper. Nodes are halved from where cuts in the worst place would lead further, so
+/// that no input makes trees of any depth.
+pub(crate) const MAX_DEPTH: u32 = 72;
+/// Up to so many references are cut in the middle: they mostly share a leaf.
+const MAX_MIDDLE: usize = 4;
+/// From this many references on, the two children are built side by side.
 const MIN_PARALLEL: usize = 4096;
+/// From this many on, the references of one node are looked at side by side, so many at a time.
+const CHUNK: usize = 1 << 14;
 
-/// A box with its number, and twice its center.
-#[derive(Clone, Copy)]
-struct Item {
-    bounds: Aabb,
-    center: Vec3A,
-    index: u32,
-}
-
-/// One box to a leaf.
-pub(crate) fn over_boxes(boxes: impl ExactSizeIterator<Item = Aabb>) -> Bvh2 {
-    let mut items: Vec<Item> = boxes
-        .zip(0..)
-        .map(|(bounds, index)| Item {
-            bounds,
-            center: bounds.min + bounds.max,
-            index,
-        })
-        .collect();
-    if items.is_empty() {
-        return Bvh2::default();
-    }
-    let mut nodes = vec![Bvh2Node::default(); 2 * items.len() - 1];
+/// One reference to a leaf, at most [`MAX_DEPTH`] deep; there must be a reference.
+pub(crate) fn over(mut references: Vec<Reference>) -> Bvh2 {
+    // Zeros that are not touched here but where they are overwritten, on all cores.
+    let mut nodes: Vec<Bvh2Node> = bytemuck::zeroed_vec(2 * references.len() - 1);
     let (root, below) = nodes.split_at_mut(1);
-    build(&mut root[0], below, 1, &mut items, 0, 0);
+    let bounds = bounds_of(&references);
+    let place = Place {
+        node: &mut root[0],
+        below,
+        first_below: 1,
+    };
+    build(place, bounds, &mut references, 0, &mut Bins::new());
     Bvh2 {
         nodes,
-        primitive_indices: items.iter().map(|item| item.index).collect(),
         ..Bvh2::default()
     }
 }
 
-/// Builds the tree over `items`, which begin at `first_item`, into `node` and the nodes `below` it,
-/// which begin at `first_below`. The two children come first, then all below the one, then all
-/// below the other: where each node goes is known beforehand.
-fn build(
-    node: &mut Bvh2Node,
-    below: &mut [Bvh2Node],
+/// Where a subtree goes: its root, and all nodes below it, which begin at `first_below`.
+struct Place<'a> {
+    node: &'a mut Bvh2Node,
+    below: &'a mut [Bvh2Node],
     first_below: usize,
-    items: &mut [Item],
-    first_item: usize,
+}
+
+impl<'a> Place<'a> {
+    /// The places of two children, the first with `n_left` leaves: both roots come first, then all
+    /// below the one, then all below the other.
+    fn split(below: &'a mut [Bvh2Node], first_below: usize, n_left: usize) -> [Self; 2] {
+        let n_below_left = 2 * (n_left - 1);
+        let (roots, below) = below.split_at_mut(2);
+        let (left, right) = roots.split_at_mut(1);
+        let (below_left, below_right) = below.split_at_mut(n_below_left);
+        let first_left = first_below + 2;
+        [
+            Self {
+                node: &mut left[0],
+                below: below_left,
+                first_below: first_left,
+            },
+            Self {
+                node: &mut right[0],
+                below: below_right,
+                first_below: first_left + n_below_left,
+            },
+        ]
+    }
+}
+
+/// Builds the tree over `references`, which `bounds` holds.
+fn build(
+    place: Place<'_>,
+    bounds: Aabb,
+    references: &mut [Reference],
     depth: u32,
+    scratch: &mut Bins,
 ) {
-    let bounds = items
-        .iter()
-        .fold(Aabb::INVALID, |all, item| all.union(&item.bounds));
-    if items.len() == 1 {
-        *node = Bvh2Node::new(bounds, 1, first_item as u32);
+    let Place {
+        node,
+        below,
+        first_below,
+    } = place;
+    if let [reference] = references {
+        *node = *reference;
         return;
     }
     *node = Bvh2Node::new(bounds, 0, first_below as u32);
-    let n_left = cut(items, depth);
-    let n_below_left = 2 * (n_left - 1);
-    let is_large = items.len() >= MIN_PARALLEL;
-    let (left_items, right_items) = items.split_at_mut(n_left);
-    let (children, below) = below.split_at_mut(2);
-    let (left, right) = children.split_at_mut(1);
-    let (below_left, below_right) = below.split_at_mut(n_below_left);
-    let first_left = first_below + 2;
-    let first_right = first_left + n_below_left;
-    let mut build_left = || {
-        build(
-            &mut left[0],
-            below_left,
-            first_left,
-            left_items,
-            first_item,
-            depth + 1,
+    let n = references.len();
+    let Sides { n_left, bounds } = cut(references, depth, scratch);
+    let (left, right) = references.split_at_mut(n_left);
+    let [left_place, right_place] = Place::split(below, first_below, n_left);
+    if n >= MIN_PARALLEL {
+        rayon::join(
+            || build(left_place, bounds[0], left, depth + 1, scratch),
+            || build(right_place, bounds[1], right, depth + 1, &mut Bins::new()),
         );
-    };
-    let mut build_right = || {
-        build(
-            &mut right[0],
-            below_right,
-            first_right,
-            right_items,
-            first_item + n_left,
-            depth + 1,
-        );
-    };
-    if is_large {
-        rayon::join(build_left, build_right);
     } else {
-        build_left();
-        build_right();
+        build(left_place, bounds[0], left, depth + 1, scratch);
+        build(right_place, bounds[1], right, depth + 1, scratch);
     }
 }
 
-/// Moves the items of the first child to the front and returns how many these are.
-fn cut(items: &mut [Item], depth: u32) -> usize {
-    let half = items.len() / 2;
-    let (min, max) = items.iter().fold(
-        (Vec3A::INFINITY, Vec3A::NEG_INFINITY),
-        |(min, max), item| (min.min(item.center), max.max(item.center)),
-    );
-    if items.len() == 2 || depth >= MAX_DEPTH {
-        return half;
-    }
-    // Few items need few bins. The factor keeps the last center within the last bin.
-    let n_bins = N_BINS.min(4 + half);
-    let bins_per_length = Vec3A::splat(n_bins as f32 * (1.0 - 1e-4)) / (max - min);
-    let bin_of = |item: &Item| (item.center - min) * bins_per_length;
+/// What a node is cut into.
+struct Sides {
+    n_left: usize,
+    bounds: [Aabb; 2],
+}
 
-    let mut bins = [[(Aabb::INVALID, 0_u32); N_BINS]; 3];
-    for item in items.iter() {
-        let at = bin_of(item);
-        for axis in 0..3 {
-            let (bounds, n) = &mut bins[axis][(at[axis] as usize).min(n_bins - 1)];
-            *bounds = bounds.union(&item.bounds);
-            *n += 1;
-        }
+/// Moves the references of the first child to the front.
+fn cut(references: &mut [Reference], depth: u32, bins: &mut Bins) -> Sides {
+    let n = references.len();
+    if n == 2 || depth + n.next_power_of_two().ilog2() >= MAX_DEPTH {
+        return halves(references);
     }
-    let best = (0..3)
-        .filter(|&axis| max[axis] > min[axis])
-        .filter_map(|axis| best_bin(&bins[axis][..n_bins]).map(|(cost, bin)| (cost, axis, bin)))
-        .min_by(|a, b| a.0.total_cmp(&b.0));
-    let Some((_, axis, bin)) = best else {
-        return half;
+    let centers = centers_of(references);
+    if n <= MAX_MIDDLE {
+        return middle(references, &centers);
+    }
+    let binning = Binning::new(&centers, n);
+    fill(bins, references, &binning);
+    let Some(cut) = bins.best_cut(binning.n_bins) else {
+        return halves(references);
     };
-    partition(items, |item| {
-        (bin_of(item)[axis] as usize).min(n_bins - 1) < bin
-    })
-}
-
-/// The first bin of the second child where that is cheapest, and the cost; none if all items are in
-/// one bin.
-pub(super) fn best_bin(bins: &[(Aabb, u32)]) -> Option<(f32, usize)> {
-    let mut right_cost = [0.0; N_BINS];
-    let mut right = (Aabb::INVALID, 0);
-    for bin in (1..bins.len()).rev() {
-        right = (right.0.union(&bins[bin].0), right.1 + bins[bin].1);
-        right_cost[bin] = cost(right);
-    }
-    let mut left = (Aabb::INVALID, 0);
-    let mut best = None;
-    for bin in 1..bins.len() {
-        left = (left.0.union(&bins[bin - 1].0), left.1 + bins[bin - 1].1);
-        let sum = cost(left) + right_cost[bin];
-        if sum.is_finite() && best.is_none_or(|(least, _)| sum < least) {
-            best = Some((sum, bin));
-        }
-    }
-    best
-}
-
-fn cost((bounds, n): (Aabb, u32)) -> f32 {
-    if n == 0 {
-        f32::INFINITY
-    } else {
-        bounds.half_area() * n as f32
+    let is_left = |reference: &Reference| binning.bin_of(reference, cut.axis) < cut.bin;
+    Sides {
+        bounds: bins.sides(&cut, binning.n_bins),
+        n_left: partition(references, is_left),
     }
 }
 
-/// Moves what `is_left` accepts to the front; returns how many that are.
-pub(super) fn partition<T>(items: &mut [T], is_left: impl Fn(&T) -> bool) -> usize {
-    let (mut left, mut right) = (0, items.len());
-    while left < right {
-        if is_left(&items[left]) {
-            left += 1;
-        } else {
-            right -= 1;
-            items.swap(left, right);
-        }
+/// Cuts few references amid their centers.
+fn middle(references: &mut [Reference], centers: &Centers) -> Sides {
+    let extent = (centers.most - centers.least).truncate();
+    let axis = extent.max_position();
+    if extent[axis] == 0.0 {
+        return halves(references);
     }
-    left
+    let middle = centers.least[axis] + 0.5 * extent[axis];
+    // Of two numbers without one between them, the middle is rounded to either.
+    let n_left = partition(references, |r| {
+        let center = doubled_center_at(r, axis);
+        center <= middle && center < centers.most[axis]
+    });
+    let (left, right) = references.split_at(n_left);
+    Sides {
+        n_left,
+        bounds: [bounds_of(left), bounds_of(right)],
+    }
+}
+
+fn halves(references: &[Reference]) -> Sides {
+    let (left, right) = references.split_at(references.len() / 2);
+    Sides {
+        n_left: left.len(),
+        bounds: [bounds_of(left), bounds_of(right)],
+    }
+}
+
+fn bounds_of(references: &[Reference]) -> Aabb {
+    let bounds = references.iter().map(Bvh2Node::aabb);
+    bounds.fold(Aabb::INVALID, |all, bounds| all.union(bounds))
+}
+
+fn centers_of(references: &[Reference]) -> Centers {
+    if references.len() <= CHUNK {
+        return Centers::of(references);
+    }
+    let chunks = references.par_chunks(CHUNK).map(Centers::of);
+    chunks.reduce(|| Centers::NONE, Centers::union)
+}
+
+fn fill(bins: &mut Bins, references: &[Reference], binning: &Binning) {
+    if references.len() <= CHUNK {
+        return bins.refill(references, binning);
+    }
+    let chunks = references.par_chunks(CHUNK).map(|chunk| {
+        let mut bins = Bins::new();
+        bins.refill(chunk, binning);
+        bins
+    });
+    *bins = chunks.reduce(Bins::new, |all, bins| all.merge(&bins));
+}
+
+/// Moves what `is_left` accepts to the front; returns how many that are. Without a branch for
+/// each: which side comes next, no processor guesses.
+fn partition(references: &mut [Reference], is_left: impl Fn(&Reference) -> bool) -> usize {
+    let mut n_left = 0;
+    for i in 0..references.len() {
+        let goes_left = is_left(&references[i]);
+        // Where it stays on the right it only changes places there.
+        references.swap(i, n_left);
+        n_left += usize::from(goes_left);
+    }
+    n_left
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::build::reference::references;
+    use kilauea_math::Vec3A;
 
     fn boxes(n: usize, place: impl Fn(usize) -> f32) -> Vec<Aabb> {
         (0..n)
@@ -193,14 +209,14 @@ mod tests {
     }
 
     fn check(boxes: &[Aabb]) -> Bvh2 {
-        let bvh = over_boxes(boxes.iter().copied());
+        let bvh = over(references(boxes.iter().copied()));
         let mut seen = vec![0; boxes.len()];
         let mut open = vec![(0, 0)];
         while let Some((index, depth)) = open.pop() {
             let node = &bvh.nodes[index];
-            assert!(depth < 2 * MAX_DEPTH);
+            assert!(depth <= MAX_DEPTH);
             if node.is_leaf() {
-                let item = bvh.primitive_indices[node.first_index as usize] as usize;
+                let item = node.first_index as usize;
                 seen[item] += 1;
                 assert_eq!(node.aabb().min, boxes[item].min);
                 continue;
@@ -216,7 +232,7 @@ mod tests {
 
     #[test]
     fn every_box_is_in_one_leaf() {
-        for n in [1, 2, 3, 10, 5000] {
+        for n in [1, 2, 3, 10, 5000, 3 * CHUNK] {
             check(&boxes(n, |i| (i * 37 % 101) as f32));
         }
     }

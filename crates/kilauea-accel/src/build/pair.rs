@@ -17,6 +17,26 @@ pub(crate) struct Pair {
     order: [u8; 2],
 }
 
+/// The edge between two triangles, which the second passes the other way round, as in every
+/// oriented mesh: from corner `first` of the first on, and towards corner `second + 1` of the second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct SharedEdge {
+    first: u8,
+    second: u8,
+}
+
+impl SharedEdge {
+    fn between(p: &[[f32; 3]; 3], q: &[[f32; 3]; 3]) -> Option<Self> {
+        let (i, j) = (0..9)
+            .map(|k| (k / 3, k % 3))
+            .find(|&(i, j)| p[i] == q[(j + 1) % 3] && p[(i + 1) % 3] == q[j])?;
+        Some(Self {
+            first: i as u8,
+            second: j as u8,
+        })
+    }
+}
+
 impl Pair {
     pub(crate) fn single(triangle: &SoupTriangle) -> Self {
         let [a, b, c] = triangle.v;
@@ -28,23 +48,24 @@ impl Pair {
         }
     }
 
-    /// Both triangles, if they share an edge, which the second passes the other way round as in
-    /// every oriented mesh, and a common box is no larger than the two.
-    pub(crate) fn joined(first: &SoupTriangle, second: &SoupTriangle) -> Option<Self> {
+    /// The edge that two triangles share, if a common box is no larger than the two.
+    pub(crate) fn worth_joining(first: &SoupTriangle, second: &SoupTriangle) -> Option<SharedEdge> {
+        let edge = SharedEdge::between(&first.v, &second.v)?;
+        let areas = [first, second].map(|triangle| bounds_of(&triangle.v).half_area());
+        let both = bounds_of(&first.v).union(&bounds_of(&second.v));
+        (both.half_area() <= areas[0] + areas[1]).then_some(edge)
+    }
+
+    /// Two triangles that share an edge.
+    pub(crate) fn across(edge: SharedEdge, first: &SoupTriangle, second: &SoupTriangle) -> Self {
+        let [i, j] = [edge.first, edge.second].map(usize::from);
         let (p, q) = (first.v, second.v);
-        let (i, j) = (0..9)
-            .map(|k| (k / 3, k % 3))
-            .find(|&(i, j)| p[i] == q[(j + 1) % 3] && p[(i + 1) % 3] == q[j])?;
-        let pair = Self {
+        Self {
             corners: [p[(i + 1) % 3], p[(i + 2) % 3], p[i], q[(j + 2) % 3]],
             triangle: [first.triangle, second.triangle],
             instance: first.instance,
-            order: [((2 - i) % 3) as u8, ((3 - j) % 3) as u8 + 3],
-        };
-        let [a, b] = pair
-            .triangles()
-            .map(|corners| bounds_of(&corners).half_area());
-        (pair.bounds().half_area() <= a + b).then_some(pair)
+            order: [(2 - edge.first) % 3, (3 - edge.second) % 3 + 3],
+        }
     }
 
     /// The pairs at both ends of an interval between motion keys, if the triangles share the same
@@ -53,9 +74,9 @@ impl Pair {
         first: &[SoupTriangle; 2],
         second: &[SoupTriangle; 2],
     ) -> Option<[Self; 2]> {
-        let begin = Self::joined(&first[0], &second[0])?;
-        let end = Self::joined(&first[1], &second[1])?;
-        (begin.order == end.order).then_some([begin, end])
+        let [begin, end] = [0, 1].map(|key| Self::worth_joining(&first[key], &second[key]));
+        let edge = begin.filter(|_| begin == end)?;
+        Some([0, 1].map(|key| Self::across(edge, &first[key], &second[key])))
     }
 
     pub(crate) fn bounds(&self) -> Aabb {
@@ -78,23 +99,13 @@ impl Pair {
         self.triangle[1] == u32::MAX
     }
 
-    #[cfg(test)]
-    pub(crate) fn triangle_ids(&self) -> [u32; 2] {
-        self.triangle
-    }
-
-    /// Corners of both triangles; the second has no area where there is none.
-    pub(crate) fn triangles(&self) -> [[[f32; 3]; 3]; 2] {
-        let [a, b, c, d] = self.corners;
-        [[a, b, c], [a, c, d]]
-    }
-
     pub(crate) fn longest_edge(&self) -> f32 {
         let [a, b, c, d] = self.corners.map(Vec3A::from_array);
         [(a, b), (b, c), (c, a), (c, d), (d, a)]
             .into_iter()
-            .map(|(from, to)| from.distance(to))
+            .map(|(from, to)| from.distance_squared(to))
             .fold(0.0, f32::max)
+            .sqrt()
     }
 
     /// Writes the pair into a lane of `leaf`.
@@ -145,7 +156,8 @@ mod tests {
             let turned = |corners: [usize; 3], by: usize| [0, 1, 2].map(|i| corners[(i + by) % 3]);
             let first = triangle(turned([0, 1, 2], turn / 3), 4);
             let second = triangle(turned([2, 3, 0], turn % 3), 5);
-            let pair = Pair::joined(&first, &second).expect("a shared edge");
+            let edge = Pair::worth_joining(&first, &second).expect("a shared edge");
+            let pair = Pair::across(edge, &first, &second);
             let mut leaf = PairLeaf::NONE;
             pair.store(&mut leaf, 2);
             assert_eq!(leaf.lane(2).corners(), first.v);
@@ -160,8 +172,8 @@ mod tests {
         let first = triangle([0, 1, 2], 0);
         let mut apart = triangle([2, 3, 0], 1);
         apart.v[0][2] += 1e-7;
-        assert!(Pair::joined(&first, &apart).is_none());
+        assert!(Pair::worth_joining(&first, &apart).is_none());
         let flipped = triangle([0, 3, 2], 1);
-        assert!(Pair::joined(&first, &flipped).is_none());
+        assert!(Pair::worth_joining(&first, &flipped).is_none());
     }
 }

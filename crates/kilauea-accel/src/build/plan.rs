@@ -5,7 +5,7 @@ use super::parts::Sorted;
 use super::{Soup, blocks, build_tree};
 use crate::block::{Block, BlockTree};
 use crate::forest::{Forest, Kind, PartTrees};
-use crate::geometry::{Geometry, Placement, Quality};
+use crate::geometry::{Geometry, Placement};
 use crate::visibility::Visibility;
 use kilauea_math::{Bounds3, DAffine3, DMat3, DVec3, Vec3};
 use rayon::prelude::*;
@@ -21,11 +21,7 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    pub(crate) fn new(
-        geometries: &[Geometry<'_>],
-        placements: &[Placement],
-        quality: Quality,
-    ) -> Self {
+    pub(crate) fn new(geometries: &[Geometry<'_>], placements: &[Placement]) -> Self {
         let is_valid = |placement: &Placement| {
             (placement.geometry as usize) < geometries.len()
                 && placement.keys().iter().all(has_inverse)
@@ -44,7 +40,7 @@ impl Plan {
                 && keeps_shape(&geometries[geometry], &placement.world_from_geometry)
         };
 
-        let mut baked: BTreeMap<Visibility, Soup> = BTreeMap::new();
+        let mut baked: BTreeMap<Visibility, Soup<'_>> = BTreeMap::new();
         let mut instanced = BTreeSet::new();
         for (index, placement) in &valid {
             let geometry = &geometries[placement.geometry as usize];
@@ -64,7 +60,7 @@ impl Plan {
             .enumerate()
             .map(|(index, (geometry, &n_placed))| match n_placed {
                 0 => BuiltGeometry::default(),
-                _ => BuiltGeometry::new(geometry, instanced.contains(&(index as u32)), quality),
+                _ => BuiltGeometry::new(geometry, instanced.contains(&(index as u32))),
             })
             .collect();
 
@@ -93,9 +89,9 @@ impl Plan {
             }
         }
         for (visibility, soup) in baked {
-            n_rejected += soup.n_rejected;
-            let trees = Trees::Triangles(build_tree(soup, quality));
-            placed.push((trees.plant(&mut forest, visibility), None));
+            let (tree, n_left_out) = build_tree(&soup);
+            n_rejected += n_left_out;
+            placed.push((Trees::Triangles(tree).plant(&mut forest, visibility), None));
         }
         placed.retain(|(part, _)| part.visibility != Visibility::NONE);
         Self {
@@ -162,7 +158,7 @@ struct BuiltGeometry {
 
 impl BuiltGeometry {
     /// Leaves still triangles out unless `is_instanced`.
-    fn new(geometry: &Geometry<'_>, is_instanced: bool, quality: Quality) -> Self {
+    fn new(geometry: &Geometry<'_>, is_instanced: bool) -> Self {
         let sorted = Sorted::new(geometry);
         let mut built = Self {
             trees: Vec::new(),
@@ -170,27 +166,26 @@ impl BuiltGeometry {
         };
         if is_instanced {
             for visibility in still_visibilities(geometry) {
-                let soup = Soup::from_geometry(geometry, visibility);
-                built.n_rejected += soup.n_rejected;
-                if soup.n_triangles > 0 {
-                    built.add(Trees::Triangles(build_tree(soup, quality)), visibility);
+                let (tree, n_rejected) = build_tree(&Soup::from_geometry(geometry, visibility));
+                built.n_rejected += n_rejected;
+                if tree.n_triangles > 0 {
+                    built.add(Trees::Triangles(tree), visibility);
                 }
             }
         }
         for ((n_keys, visibility), part) in &sorted.moving_triangles {
             if !part.ids.is_empty() {
-                let trees =
-                    (0..n_keys - 1).map(|k| blocks::over_moving_triangles(part, k, quality));
+                let trees = (0..n_keys - 1).map(|key| blocks::over_moving_triangles(part, key));
                 built.add(Trees::MovingTriangles(trees.collect()), *visibility);
             }
         }
         for ((n_keys, visibility), part) in &sorted.spheres {
             let trees = match n_keys {
                 _ if part.ids.is_empty() => continue,
-                1 => Trees::Spheres(vec![blocks::over_spheres(part, quality)]),
+                1 => Trees::Spheres(vec![blocks::over_spheres(part)]),
                 _ => Trees::MovingSpheres(
                     (0..n_keys - 1)
-                        .map(|key| blocks::over_moving_spheres(part, key, quality))
+                        .map(|key| blocks::over_moving_spheres(part, key))
                         .collect(),
                 ),
             };
@@ -199,10 +194,10 @@ impl BuiltGeometry {
         for ((n_keys, visibility), part) in &sorted.curves {
             let trees = match n_keys {
                 _ if part.ids.is_empty() => continue,
-                1 => Trees::Curves(vec![blocks::over_curves(part, quality)]),
+                1 => Trees::Curves(vec![blocks::over_curves(part)]),
                 _ => Trees::MovingCurves(
                     (0..n_keys - 1)
-                        .map(|key| blocks::over_moving_curves(part, key, quality))
+                        .map(|key| blocks::over_moving_curves(part, key))
                         .collect(),
                 ),
             };

@@ -1,25 +1,27 @@
+use super::collapse::LeafOptions;
+use super::reference::references;
 use super::soup::MAX_COORDINATE;
-use super::{WideOptions, balanced, binary, bounded_widen};
-use crate::geometry::Quality;
+use super::wide::WideTree;
 use crate::node::{LEAF, Node8};
 use kilauea_math::{Bounds3, DAffine3, DVec3};
 use obvhs::aabb::Aabb;
 
-/// Builds the tree over instances or buckets; a leaf link is the index of a box.
-/// Traversal needs at most `stack` entries.
-pub(crate) fn build_top(boxes: &[Aabb], quality: Quality, stack: usize) -> Vec<Node8> {
-    let options = WideOptions {
-        max_leaf_size: 1,
-        leaf_cost: 4.0,
-        primitive_cost: 0.0,
-    };
-    let bvh = binary::over_boxes(boxes, quality);
-    let (mut nodes, leaves) = bounded_widen(bvh, options, stack, || balanced::over_boxes(boxes));
+/// To go through an instance costs much more than a node.
+const INSTANCES: LeafOptions = LeafOptions {
+    max_size: 1,
+    cost: 4.0,
+    primitive_cost: 0.0,
+};
+
+/// Builds the tree over instances; a leaf link is the index of a box.
+pub(crate) fn build_top(boxes: Vec<Aabb>) -> Vec<Node8> {
+    let WideTree { mut nodes, leaves } = WideTree::over(references(boxes), INSTANCES);
     for link in nodes.iter_mut().flat_map(|node| &mut node.child) {
         if *link & LEAF != 0
             && let Some(leaf) = leaves.get((*link & !LEAF) as usize)
+            && let Some(instance) = leaf.items().next()
         {
-            *link = leaf[0] | LEAF;
+            *link = instance as u32 | LEAF;
         }
     }
     nodes

@@ -1,202 +1,171 @@
-//! Eight-wide trees from binary ones, at the least expected cost.
+//! Trees of nodes with eight children.
 
-use crate::node::{LEAF, Node8};
+use super::binned::{self, MAX_DEPTH};
+use super::collapse::{Choices, LeafOptions};
+use super::reference::Reference;
+use super::refine::refine;
+use crate::node::{LEAF, Node8, STACK_CAPACITY};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
+use rayon::prelude::*;
 
-/// What a leaf may hold and cost.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct WideOptions {
-    /// Most primitives to a leaf.
-    pub(crate) max_leaf_size: u32,
-    /// Cost of a leaf block, however full, in node visits.
-    pub(crate) leaf_cost: f32,
-    /// Further cost of each primitive in a leaf.
-    pub(crate) primitive_cost: f32,
-}
+// Every wide node leaves up to seven entries on the stack, and the last all its children.
+const _: () = assert!(7 * (MAX_DEPTH as usize) + 8 <= STACK_CAPACITY);
 
-/// An eight-wide tree whose leaves are lists of primitives.
+/// A tree whose leaves are lists of items; node 0 is the root and always exists.
 #[derive(Clone, Debug)]
 pub(crate) struct WideTree {
     pub(crate) nodes: Vec<Node8>,
-    pub(crate) leaves: Vec<Vec<u32>>,
-    /// Most entries a traversal can have on its stack.
-    pub(crate) stack_need: usize,
+    pub(crate) leaves: Vec<Group>,
 }
 
-/// The cheapest ways to stand for a binary subtree (Ylitie et al. 2017, section 4.1).
-#[derive(Clone, Copy, Debug, Default)]
-struct Choice {
-    /// Cost with at most `i + 1` roots.
-    cost: [f32; 7],
-    /// Roots that the left child gets of `i + 1`; zero where one root fewer is as good.
-    /// The last entry is for the eight children of a wide node.
-    left: [u8; 8],
-    n_primitives: u32,
-    is_leaf: bool,
+/// The items of a leaf, in order: up to four.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Group {
+    items: [u32; 4],
+    len: u32,
 }
 
-/// Collapses `bvh` into eight-wide nodes.
-pub(crate) fn widen(bvh: &Bvh2, options: WideOptions) -> WideTree {
-    let mut wide = WideTree {
-        nodes: vec![Node8::NONE],
-        leaves: Vec::new(),
-        stack_need: 0,
-    };
-    let Some(root) = bvh.nodes.first() else {
-        return wide;
-    };
-    let choices = choose(bvh, options);
-    let scale = root
-        .aabb()
-        .min
-        .abs()
-        .max(root.aabb().max.abs())
-        .max_element();
+/// A node before its boxes are written: what its children are in either tree.
+struct Outline {
+    binary: [u32; 8],
+    child: [u32; 8],
+    len: usize,
+}
 
-    let mut open = vec![(0, 0, 0)];
-    while let Some((binary, node, stack_below)) = open.pop() {
-        let mut children = Vec::with_capacity(8);
-        if choices[binary].is_leaf {
-            children.push(binary);
-        } else {
-            split_roots(bvh, &choices, binary, 8, &mut children);
-            order_for_any_hit(bvh, &choices, &mut children);
+/// Nodes or leaves that are written in one go, at least.
+const MIN_JOB: usize = 256;
+
+impl WideTree {
+    /// Builds the tree that costs least to traverse, by the surface area heuristic.
+    pub(crate) fn over(references: Vec<Reference>, options: LeafOptions) -> Self {
+        if references.is_empty() {
+            return Self {
+                nodes: vec![Node8::NONE],
+                leaves: Vec::new(),
+            };
         }
-        wide.stack_need = wide.stack_need.max(stack_below + children.len());
+        let mut bvh = binned::over(references);
+        refine(&mut bvh);
+        let choices = Choices::new(&bvh, options);
+        if choices.depth <= MAX_DEPTH {
+            return Self::collapsed(&bvh, &choices);
+        }
+        // What refining deepens too much, which was never seen, stays as it was cut.
+        let mut leaves = bvh.nodes;
+        leaves.retain(Reference::is_leaf);
+        let bvh = binned::over(leaves);
+        let choices = Choices::new(&bvh, options);
+        Self::collapsed(&bvh, &choices)
+    }
 
-        for (lane, &child) in children.iter().enumerate() {
-            set_lane_bounds(&mut wide.nodes[node], lane, bvh.nodes[child].aabb(), scale);
-            wide.nodes[node].child[lane] = if choices[child].is_leaf {
-                wide.leaves.push(primitives_below(bvh, child));
-                (wide.leaves.len() - 1) as u32 | LEAF
+    fn collapsed(bvh: &Bvh2, choices: &Choices) -> Self {
+        let (outlines, leaf_roots) = outline(bvh, choices);
+        let root = bvh.nodes[0].aabb();
+        let scale = root.min.abs().max(root.max.abs()).max_element();
+        let nodes = outlines.par_iter().with_min_len(MIN_JOB);
+        let leaves = leaf_roots.par_iter().with_min_len(MIN_JOB);
+        Self {
+            nodes: nodes.map(|outline| outline.node(bvh, scale)).collect(),
+            leaves: leaves.map(|&root| Group::below(bvh, root)).collect(),
+        }
+    }
+}
+
+/// Walks the binary tree from wide node to wide node; also gives the binary nodes that become
+/// leaves, in order.
+fn outline(bvh: &Bvh2, choices: &Choices) -> (Vec<Outline>, Vec<u32>) {
+    let mut outlines = vec![Outline::EMPTY];
+    let mut leaves = Vec::new();
+    let mut open = vec![(0, 0)];
+    while let Some((binary, node)) = open.pop() {
+        let mut outline = Outline::EMPTY;
+        let mut add = |root: u32| {
+            outline.binary[outline.len] = root;
+            outline.len += 1;
+        };
+        if choices.is_leaf(binary) {
+            add(binary);
+        } else {
+            choices.for_each_child(bvh, binary, &mut add);
+            outline.order_for_any_hit(bvh, choices);
+        }
+        for lane in 0..outline.len {
+            let root = outline.binary[lane];
+            outline.child[lane] = if choices.is_leaf(root) {
+                leaves.push(root);
+                (leaves.len() - 1) as u32 | LEAF
             } else {
-                wide.nodes.push(Node8::NONE);
-                let index = wide.nodes.len() - 1;
-                open.push((child, index, stack_below + children.len() - 1));
+                outlines.push(Outline::EMPTY);
+                let index = outlines.len() - 1;
+                open.push((root, index));
                 index as u32
             };
         }
+        outlines[node] = outline;
     }
-    wide
+    (outlines, leaves)
 }
 
-/// Fills the table of choices from the leaves up.
-fn choose(bvh: &Bvh2, options: WideOptions) -> Vec<Choice> {
-    let mut choices = vec![Choice::default(); bvh.nodes.len()];
-    for index in parents_first(bvh).into_iter().rev() {
-        let node = &bvh.nodes[index];
-        let area = node.aabb().half_area();
-        let leaf_cost = |n: u32| area * (options.leaf_cost + n as f32 * options.primitive_cost);
+impl Outline {
+    const EMPTY: Self = Self {
+        binary: [0; 8],
+        child: [0; 8],
+        len: 0,
+    };
+
+    /// Puts the children in the order in which a walk for any hit should try them: leaves first,
+    /// which can end it at once, then large ones. It takes the first lane first, and then from the
+    /// last down.
+    fn order_for_any_hit(&mut self, bvh: &Bvh2, choices: &Choices) {
+        let area = |root: u32| bvh.nodes[root as usize].aabb().half_area();
+        let children = &mut self.binary[..self.len];
+        children.sort_unstable_by(|&a, &b| {
+            let leaves_first = choices.is_leaf(b).cmp(&choices.is_leaf(a));
+            let large_first = area(b).total_cmp(&area(a));
+            leaves_first.then(large_first).then(a.cmp(&b))
+        });
+        children[1..].reverse();
+    }
+
+    fn node(&self, bvh: &Bvh2, scale: f32) -> Node8 {
+        let mut node = Node8::NONE;
+        for lane in 0..self.len {
+            let bounds = bvh.nodes[self.binary[lane] as usize].aabb();
+            set_lane_bounds(&mut node, lane, bounds, scale);
+            node.child[lane] = self.child[lane];
+        }
+        node
+    }
+}
+
+impl Group {
+    /// The items of a binary subtree.
+    fn below(bvh: &Bvh2, root: u32) -> Self {
+        let mut group = Self {
+            items: [0; 4],
+            len: 0,
+        };
+        group.collect(bvh, root);
+        group.items[..group.len as usize].sort_unstable();
+        group
+    }
+
+    fn collect(&mut self, bvh: &Bvh2, index: u32) {
+        let node = &bvh.nodes[index as usize];
         if node.is_leaf() {
-            let as_leaf = leaf_cost(node.prim_count);
-            choices[index] = Choice {
-                cost: [as_leaf; 7],
-                left: [0; 8],
-                n_primitives: node.prim_count,
-                is_leaf: true,
-            };
-            continue;
-        }
-        let (l, r) = (
-            choices[node.first_index as usize],
-            choices[node.first_index as usize + 1],
-        );
-        let best_split = |n_roots: usize| {
-            (1..n_roots)
-                .filter(|&k| k <= 7 && n_roots - k <= 7)
-                .map(|k| (l.cost[k - 1] + r.cost[n_roots - k - 1], k as u8))
-                .min_by(|a, b| a.0.total_cmp(&b.0))
-                .unwrap_or((f32::INFINITY, 1))
-        };
-        let mut choice = Choice {
-            n_primitives: l.n_primitives + r.n_primitives,
-            ..Choice::default()
-        };
-        let as_leaf = leaf_cost(choice.n_primitives);
-        let (below, left) = best_split(8);
-        choice.left[7] = left;
-        choice.is_leaf = choice.n_primitives <= options.max_leaf_size && as_leaf <= area + below;
-        choice.cost[0] = if choice.is_leaf {
-            as_leaf
+            self.items[self.len as usize] = node.first_index;
+            self.len += 1;
         } else {
-            area + below
-        };
-        for i in 1..7 {
-            let (cost, left) = best_split(i + 1);
-            (choice.cost[i], choice.left[i]) = if cost < choice.cost[i - 1] {
-                (cost, left)
-            } else {
-                (choice.cost[i - 1], 0)
-            };
-        }
-        choices[index] = choice;
-    }
-    choices
-}
-
-/// Every node after its parent.
-fn parents_first(bvh: &Bvh2) -> Vec<usize> {
-    let mut order = Vec::with_capacity(bvh.nodes.len());
-    let mut open = vec![0];
-    while let Some(index) = open.pop() {
-        order.push(index);
-        let node = &bvh.nodes[index];
-        if !node.is_leaf() {
-            open.extend([node.first_index as usize + 1, node.first_index as usize]);
+            self.collect(bvh, node.first_index);
+            self.collect(bvh, node.first_index + 1);
         }
     }
-    order
-}
 
-/// Appends the roots that stand for the two children of `binary`.
-fn split_roots(
-    bvh: &Bvh2,
-    choices: &[Choice],
-    binary: usize,
-    n_roots: usize,
-    out: &mut Vec<usize>,
-) {
-    let n_left = choices[binary].left[n_roots - 1] as usize;
-    let first_child = bvh.nodes[binary].first_index as usize;
-    for (child, mut n) in [(first_child, n_left), (first_child + 1, n_roots - n_left)] {
-        while n > 1 && choices[child].left[n - 1] == 0 {
-            n -= 1;
-        }
-        if n == 1 {
-            out.push(child);
-        } else {
-            split_roots(bvh, choices, child, n, out);
-        }
+    pub(crate) fn items(&self) -> impl Iterator<Item = usize> + Clone {
+        let items = self.items.into_iter().take(self.len as usize);
+        items.map(|item| item as usize)
     }
-}
-
-/// Puts the children in the order in which a walk for any hit should try them: leaves first, which
-/// can end it at once, then large ones. It takes the first lane first, and then from the last down.
-fn order_for_any_hit(bvh: &Bvh2, choices: &[Choice], children: &mut [usize]) {
-    let area = |child: usize| bvh.nodes[child].aabb().half_area();
-    children.sort_by(|&a, &b| {
-        let leaves_first = choices[b].is_leaf.cmp(&choices[a].is_leaf);
-        leaves_first.then(area(b).total_cmp(&area(a)))
-    });
-    children[1..].reverse();
-}
-
-/// The primitives of a subtree, in order.
-fn primitives_below(bvh: &Bvh2, root: usize) -> Vec<u32> {
-    let mut primitives = Vec::new();
-    let mut open = vec![root];
-    while let Some(index) = open.pop() {
-        let node = &bvh.nodes[index];
-        let first = node.first_index as usize;
-        if node.is_leaf() {
-            primitives.extend(&bvh.primitive_indices[first..first + node.prim_count as usize]);
-        } else {
-            open.extend([first + 1, first]);
-        }
-    }
-    primitives.sort_unstable();
-    primitives
 }
 
 /// Writes a box a little enlarged, so that a ray within one of its faces is inside: the slab test
@@ -209,5 +178,55 @@ fn set_lane_bounds(node: &mut Node8, lane: usize, bounds: &Aabb, scale: f32) {
         let least = scale * LEAST;
         node.planes[2 * axis][lane] = low - (low.abs() * ULP + least);
         node.planes[2 * axis + 1][lane] = high + (high.abs() * ULP + least);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::build::PAIRS;
+    use crate::build::reference::references;
+    use kilauea_math::Vec3A;
+    use kilauea_math::hash::{combine, unit_f32};
+    use rayon::ThreadPoolBuilder;
+
+    fn random_boxes(n: u32) -> Vec<Reference> {
+        references((0..n).map(|i| {
+            let number = |dimension| unit_f32(combine(i, dimension));
+            let low = Vec3A::new(number(0), number(1), number(2));
+            Aabb::new(low, low + 0.1 * number(3).powi(8))
+        }))
+    }
+
+    fn built_on(n_threads: usize, n_boxes: u32) -> WideTree {
+        let pool = ThreadPoolBuilder::new().num_threads(n_threads).build();
+        let pool = pool.expect("threads");
+        pool.install(|| WideTree::over(random_boxes(n_boxes), PAIRS))
+    }
+
+    #[test]
+    fn any_number_of_threads_builds_the_same_tree() {
+        let [one, three] = [1, 3].map(|n_threads| built_on(n_threads, 50_000));
+        let links = |tree: &WideTree| -> Vec<_> { tree.nodes.iter().map(|n| n.child).collect() };
+        let planes = |tree: &WideTree| -> Vec<_> { tree.nodes.iter().map(|n| n.planes).collect() };
+        let items = |tree: &WideTree| -> Vec<Vec<usize>> {
+            tree.leaves
+                .iter()
+                .map(|leaf| leaf.items().collect())
+                .collect()
+        };
+        assert_eq!(links(&one), links(&three));
+        assert_eq!(planes(&one), planes(&three));
+        assert_eq!(items(&one), items(&three));
+    }
+
+    #[test]
+    fn leaves_hold_every_item_once() {
+        for n in [1, 2, 5, 9, 1000] {
+            let tree = WideTree::over(random_boxes(n), PAIRS);
+            let mut items: Vec<usize> = tree.leaves.iter().flat_map(Group::items).collect();
+            items.sort_unstable();
+            assert!(items.into_iter().eq(0..n as usize));
+        }
     }
 }

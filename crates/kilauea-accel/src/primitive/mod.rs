@@ -11,6 +11,7 @@
 
 mod bernstein;
 mod bezier;
+mod capsule;
 mod linear;
 #[cfg(test)]
 mod oracle;
@@ -20,6 +21,7 @@ mod round;
 mod segment;
 mod sphere;
 
+pub(crate) use capsule::Capsule;
 pub(crate) use ray_frame::RayFrame;
 pub(crate) use segment::{CurveShape, Piece, Segment};
 pub(crate) use sphere::Sphere;

@@ -55,10 +55,10 @@ impl RayFrame {
         self.origin
     }
 
-    /// The axes across the ray.
+    /// The axes: the last along the ray.
     #[inline]
-    pub(crate) fn across_axes(&self) -> [DVec3; 2] {
-        [self.x, self.y]
+    pub(crate) fn axes(&self) -> [DVec3; 3] {
+        [self.x, self.y, self.z]
     }
 
     /// Coordinates of a point.

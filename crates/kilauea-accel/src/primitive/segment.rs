@@ -38,7 +38,7 @@ pub(crate) struct Piece {
 impl Piece {
     pub(crate) const WHOLE: Self = Self { from: 0, to: 8 };
 
-    fn range(self) -> [f64; 2] {
+    pub(super) fn range(self) -> [f64; 2] {
         [self.from, self.to].map(|eighths| f64::from(eighths) / 8.0)
     }
 }

@@ -40,6 +40,8 @@ pub(crate) trait Kernel: Copy {
     type NodeRay: Copy;
     /// The ray spread over eight lanes, sheared.
     type LeafRay: Copy;
+    /// Whether rays go much like those before them.
+    const COHERENT: bool;
     /// What the stack is kept in.
     type Storage: Storage;
     /// What the stack of a walk in no order is kept in.
@@ -71,9 +73,10 @@ pub(crate) trait Kernel: Copy {
         triangle::intersect(&leaf.lane(lane), ray)
     }
 
-    /// The lowest lane of a mask.
+    /// The lowest lane of a mask. `PREDICTED` is whether the processor should go on with a guess
+    /// before it has the mask.
     #[inline(always)]
-    fn first_lane(self, mask: u32) -> usize {
+    fn first_lane<const PREDICTED: bool>(self, mask: u32) -> usize {
         (mask.trailing_zeros() & 7) as usize
     }
 

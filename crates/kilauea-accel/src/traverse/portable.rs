@@ -45,6 +45,7 @@ pub(crate) struct NodeRay {
 }
 
 impl Kernel for Portable {
+    const COHERENT: bool = false;
     type NodeRay = NodeRay;
     type LeafRay = Shear;
     type Storage = [Entry; STACK_CAPACITY];

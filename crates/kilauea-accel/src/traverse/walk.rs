@@ -84,10 +84,20 @@ struct Children<'a, K, V, N> {
 }
 
 impl<K: Kernel, V: Visitor, N: WalkNode> Children<'_, K, V, N> {
+    /// The lowest lane. Where rays scatter, guesses would mostly be wrong.
+    #[inline(always)]
+    fn next_lane(&self) -> usize {
+        if K::COHERENT {
+            self.kernel.first_lane::<true>(self.mask)
+        } else {
+            self.kernel.first_lane::<false>(self.mask)
+        }
+    }
+
     /// Takes the child of the lowest lane.
     #[inline(always)]
     fn next(&mut self) -> Entry {
-        let lane = self.kernel.first_lane(self.mask);
+        let lane = self.next_lane();
         self.mask &= self.mask.wrapping_sub(1);
         entry(self.node.child[lane], self.entries.0[lane])
     }
@@ -180,8 +190,8 @@ fn any_order<K: Kernel, N: WalkNode>(
             let node = kernel.item(nodes, current).at(fraction);
             let (mask, _) = kernel.slabs(ray, visitor.limit(), &node);
             if mask != 0 {
-                // The first child is known at once; how many more there are, no branch asks.
-                current = node.child[(mask.trailing_zeros() & 7) as usize];
+                // The first child can be guessed; how many more there are, no branch asks.
+                current = node.child[kernel.first_lane::<true>(mask)];
                 n_open = open.push_lanes(n_open, &node.child, mask & (mask - 1));
                 continue;
             }

@@ -1,7 +1,7 @@
 //! Meshes, rays and builds that the tests share.
 #![allow(dead_code, reason = "each test binary uses some of these")]
 
-use kilauea_accel::{Accel, BuildOptions, Geometry, Hit, Placement, Quality, Ray};
+use kilauea_accel::{Accel, BuildOptions, Geometry, Hit, Placement, Ray};
 use kilauea_math::hash::{combine, unit_f32};
 use kilauea_math::{DAffine3, Vec3};
 
@@ -151,17 +151,11 @@ pub(crate) struct Builds(pub(crate) Vec<Accel>);
 impl Builds {
     pub(crate) fn new(geometries: &[Geometry<'_>], placements: &[Placement]) -> Self {
         let mut builds = Vec::new();
-        for quality in [Quality::Preview, Quality::Final] {
-            for (simd, specialize) in [(false, true), (true, true), (true, false)] {
-                let options = BuildOptions {
-                    quality,
-                    simd,
-                    specialize,
-                };
-                let accel = Accel::build(geometries, placements, &options);
-                assert_eq!(accel.validate(), Ok(()));
-                builds.push(accel);
-            }
+        for (simd, specialize) in [(false, true), (true, true), (true, false)] {
+            let options = BuildOptions { simd, specialize };
+            let accel = Accel::build(geometries, placements, &options);
+            assert_eq!(accel.validate(), Ok(()));
+            builds.push(accel);
         }
         Self(builds)
     }

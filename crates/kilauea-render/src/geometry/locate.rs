@@ -89,11 +89,6 @@ fn chunk_sizes(prototype: &Prototype) -> impl Iterator<Item = usize> {
     meshes.chain(points).chain(curves)
 }
 
-/// Primitives of a prototype.
-pub(super) fn n_primitives(prototype: &Prototype) -> u64 {
-    chunk_sizes(prototype).map(|size| size as u64).sum()
-}
-
 impl Geometry {
     /// Which primitive was hit.
     #[inline]
@@ -158,6 +153,5 @@ mod tests {
             (3, 6),
         ];
         assert_eq!(found, expected);
-        assert_eq!(n_primitives(&prototype), 16);
     }
 }

@@ -14,7 +14,7 @@ mod triangle;
 
 use std::sync::Arc;
 
-use kilauea_accel::{Accel, BuildOptions, Quality};
+use kilauea_accel::{Accel, BuildOptions};
 use kilauea_math::Vec3;
 use kilauea_scene::{InstanceAttribute, MeshChunk, Scene, Visibility};
 use kilauea_shading::{PrimvarSlot, Surface};
@@ -48,8 +48,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Flattens the prototype graph, compiles the shaders and builds the tree, at the quality that
-    /// pays for the camera samples.
+    /// Flattens the prototype graph, compiles the shaders and builds the tree.
     pub fn build(scene: Arc<Scene>, options: &PrepareOptions) -> Result<Self, RenderError> {
         let shaders: Vec<Shader> = scene
             .materials
@@ -64,7 +63,6 @@ impl Geometry {
         } = flatten(&scene, &shaders);
         let geometries: Vec<_> = scene.prototypes.iter().map(accel_geometry).collect();
         let build_options = BuildOptions {
-            quality: tree_quality(&scene, options.n_camera_samples),
             specialize: options.specialize_rays,
             ..BuildOptions::default()
         };
@@ -207,16 +205,5 @@ impl Geometry {
                 (&group.attributes, index)
             }
         }
-    }
-}
-
-/// The better tree takes some 15 µs a triangle longer to build, and spares some 0.2 µs of the rays
-/// of a camera sample.
-fn tree_quality(scene: &Scene, n_camera_samples: u64) -> Quality {
-    let n_primitives: u64 = scene.prototypes.iter().map(locate::n_primitives).sum();
-    if n_primitives.saturating_mul(75) <= n_camera_samples {
-        Quality::Final
-    } else {
-        Quality::Preview
     }
 }

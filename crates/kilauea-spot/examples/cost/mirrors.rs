@@ -2,10 +2,9 @@
 
 use std::time::Duration;
 
-use kilauea_spot::{Engine, Order, Queue, Server, Stats, ThreadStats};
+use kilauea_spot::{Delayed, Engine, Order, Queue, Server, Stats, ThreadStats};
 
 use crate::shade::expect;
-use crate::support::delayed::Delayed;
 use crate::support::hall::{Geometry, Hall, Node};
 use crate::support::outputs::Outputs;
 
@@ -26,10 +25,7 @@ pub(crate) fn report_memory() {
         "budget", "answers", "order", "peak MiB", "of budget", "SPOTs", "seconds"
     );
     let now = Queue::new(&Geometry);
-    let later = Delayed {
-        answerer: &Geometry,
-        max_delay: Duration::from_millis(10),
-    };
+    let later = Delayed::new(&Geometry, Duration::from_millis(10));
     for budget_mib in [16, 64, 256] {
         let budget = budget_mib << 20;
         // All roots together would take twelve times the budget.
@@ -69,20 +65,18 @@ pub(crate) fn report_delays() {
 
     println!("answers after up to 10 ms in random order, two engine threads");
     println!(
-        "{:>8} {:>16} {:>10} {:>10} {:>8} {:>10}",
-        "budget", "least busy", "SPOTs", "peak SPOTs", "seconds", "same bits"
+        "{:>8} {:>11} {:>11} {:>10} {:>10} {:>8} {:>10}",
+        "budget", "least busy", "with memory", "SPOTs", "peak SPOTs", "seconds", "same bits"
     );
     for budget_mib in [16, 64, 256] {
         let job = Outputs::new(n_roots, Node::Entrance);
-        let server = Delayed {
-            answerer: &Geometry,
-            max_delay: Duration::from_millis(10),
-        };
+        let server = Delayed::new(&Geometry, Duration::from_millis(10));
         let engine = Engine::new(2).budget_bytes(budget_mib << 20);
         let stats = expect(engine.run_queued(&hall, &server, 1, &job));
         println!(
-            "{budget_mib:>8} {:>15.1}% {:>10} {:>10} {:>8.2} {:>10}",
-            100.0 * least_busy(&stats),
+            "{budget_mib:>8} {:>10.1}% {:>10.1}% {:>10} {:>10} {:>8.2} {:>10}",
+            100.0 * least(&stats, ThreadStats::busy_fraction),
+            100.0 * least(&stats, ThreadStats::busy_fraction_with_memory),
             stats.sum(|t| t.n_spots),
             stats.peak_spots(),
             stats.wall.as_secs_f64(),
@@ -97,7 +91,6 @@ fn run(hall: Hall, budget: usize, order: Order, server: &impl Server<Hall>, n: u
     expect(engine.run_queued(&hall, server, 1, &job))
 }
 
-fn least_busy(stats: &Stats) -> f64 {
-    let busy = stats.threads.iter().map(ThreadStats::busy_fraction);
-    busy.fold(1.0, f64::min)
+fn least(stats: &Stats, fraction: fn(&ThreadStats) -> f64) -> f64 {
+    stats.threads.iter().map(fraction).fold(1.0, f64::min)
 }

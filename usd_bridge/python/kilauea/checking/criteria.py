@@ -71,6 +71,10 @@ def parse_criteria(words: Sequence[str]) -> Criteria:
         if name not in NAMES:
             raise UsageError(f"unknown threshold {name!r}; there are {', '.join(NAMES)}")
         values[name.replace("-", "_")] = _value(word, name, text)
+    for margin, bias in (("image", "image_bias"), ("tile", "tile_bias")):
+        if math.isinf(values.get(margin, 0.0)):
+            # What is not judged need not be noticed.
+            values.setdefault(bias, math.inf)
     criteria = Criteria(**values)
     for margin, bias in (("image", "image_bias"), ("tile", "tile_bias")):
         if getattr(criteria, margin) >= getattr(criteria, bias) < math.inf:

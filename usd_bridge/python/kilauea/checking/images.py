@@ -119,8 +119,9 @@ class StoredImage:
 
     @property
     def is_valid(self) -> NDArray[np.bool_]:
-        """Which pixels are finite, their variances too."""
-        return np.asarray(np.isfinite(self.mean + self.pixel_variance).all(axis=2))
+        """Which pixels are finite, with variances that can be."""
+        is_finite = np.isfinite(self.mean + self.pixel_variance)
+        return np.asarray((is_finite & (self.pixel_variance >= 0.0)).all(axis=2))
 
     def masked(self, keep: NDArray[np.bool_]) -> StoredImage:
         """Return the image with every other pixel black."""

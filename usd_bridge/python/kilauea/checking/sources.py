@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
 from pathlib import Path
@@ -60,9 +60,7 @@ class KilaueaSource:
 
     @cached_property
     def _scene(self) -> Any:
-        # The trees are made as for a long render, which a check is.
-        settings = self.options.settings | {"samples_per_pixel": 1 << 20}
-        return build_scene(self.frame, replace(self.options, settings=settings))
+        return build_scene(self.frame, self.options)
 
     def render(self, samples_per_batch: int, n: int, first_seed: int) -> Batches:
         """Render batches."""
@@ -90,7 +88,8 @@ class KilaueaSource:
     def _render_one(self, file: Path, samples: int, seed: int) -> dict[str, Any]:
         settings = settings_record(self.frame, self.options)
         settings |= {"samples_per_pixel": samples, "seed": seed, "aovs": ["variance"]}
-        header = {"stage": self.frame.stage, "frame": self.frame.time, "camera": ""}
+        camera = self.frame.camera["path"]
+        header = {"stage": self.frame.stage, "frame": self.frame.time, "camera": camera}
         engine = native()
         try:
             job = self._scene.render(json.dumps(settings), json.dumps(header))

@@ -21,6 +21,8 @@ from kilauea.output import partial_name
 
 _MEAN = ("R", "G", "B")
 _VARIANCE = ("variance.R", "variance.G", "variance.B")
+_KINDS = {"engine": str, "batches": int, "samples": int, "variance_scale": float, "max_depth": int}
+"""What the header holds that this module or the engine computes with."""
 _LARGEST_HALF = 65504.0
 SETTINGS = ("resolution", "filter", "filter_radius", "max_depth", "pixel_aspect_ratio")
 """What must be the same for two images to mean the same."""
@@ -86,7 +88,7 @@ def read_reference(file: Path) -> Reference:
     if not all(name in planes for name in _MEAN):
         raise CannotCheckError(f"{file} has no channels R, G and B")
     mean = np.stack([planes[name] for name in _MEAN], axis=-1)
-    record = _record(spec)
+    record = _record(file, spec)
     settings = {name: record[name] for name in SETTINGS if name in record}
     settings["resolution"] = [spec.full_width, spec.full_height]
     notes: tuple[str, ...] = ()
@@ -103,19 +105,25 @@ def read_reference(file: Path) -> Reference:
         engine=record.get("engine", file.name),
         mean=mean,
         pixel_variance=variance,
-        samples_per_pixel=int(record.get("samples", 0)),
-        n=int(record.get("batches", 2)),
+        samples_per_pixel=record.get("samples", 0),
+        n=record.get("batches", 2),
     )
     return Reference(stored, settings, notes)
 
 
-def _record(spec: Any) -> dict[str, Any]:
+def _record(file: Path, spec: Any) -> dict[str, Any]:
+    """Return what the header says, empty where it says nothing."""
     text = spec.get_string_attribute("kilauea/reference")
-    try:
-        record = json.loads(text) if text else {}
-    except ValueError:
+    if not text:
         return {}
-    return record if isinstance(record, dict) else {}
+    try:
+        record = json.loads(text)
+        is_sound = all(isinstance(record.get(n, kind()), kind) for n, kind in _KINDS.items())
+    except (ValueError, AttributeError):
+        is_sound = False
+    if not is_sound or record.get("batches", 2) < 2:
+        raise CannotCheckError(f"{file}: cannot read its attribute kilauea/reference")
+    return record
 
 
 def _shared_out(mean: np.ndarray, of_luminance: np.ndarray) -> np.ndarray:

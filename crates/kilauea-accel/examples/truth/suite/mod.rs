@@ -1,4 +1,4 @@
-//! Rays whose hits are known, traced by every kernel over every tree.
+//! Rays whose hits are known, traced by every kernel.
 
 mod oracle;
 mod rays;
@@ -54,18 +54,14 @@ fn run_stage(stage: &Stage, seed: u64, until: u64, tally: &mut Tally) {
 fn check(builds: &Builds, oracle: &Oracle, aimed: &Aimed, tally: &mut Tally) -> Option<Hit> {
     let ray = &aimed.ray;
     let nearest = oracle.nearest(ray);
-    // Of each quality: the portable kernel, then AVX2 with and without special walks.
-    let [found, other] = [0, 1].map(|quality| {
-        let builds = &builds.0[3 * quality..3 * (quality + 1)];
-        let found = builds[0].intersect(ray);
-        let agree = builds
-            .iter()
-            .all(|accel| accel.intersect(ray) == found && accel.occluded(ray) == found.is_some());
-        tally.kernels_differ(ray, found, !agree);
-        tally.judge(oracle, aimed, nearest, found);
-        found
-    });
+    // The portable kernel, then AVX2 with and without special walks.
+    let found = builds.0[0].intersect(ray);
+    let agree = builds
+        .0
+        .iter()
+        .all(|accel| accel.intersect(ray) == found && accel.occluded(ray) == found.is_some());
+    tally.kernels_differ(ray, found, !agree);
+    tally.judge(oracle, aimed, nearest, found);
     tally.n_rays += 1;
-    tally.n_trees += u64::from(found != other);
     found
 }

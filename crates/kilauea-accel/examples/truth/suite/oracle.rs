@@ -35,8 +35,16 @@ struct Placed {
     /// `None` where the corners are in engine space.
     geometry_from_world: Option<DAffine3>,
     corners: Vec<[DVec3; 3]>,
+    /// Around all corners.
+    ball: Ball,
     /// Largest coordinate, in which the ray's origin is rounded where it enters the instance.
     extent: f64,
+}
+
+/// A ball with room for the rounding of its making.
+struct Ball {
+    center: DVec3,
+    radius: f64,
 }
 
 /// A hit that no rounding explains away.
@@ -101,6 +109,7 @@ impl Oracle {
             Placed {
                 world_from_geometry,
                 geometry_from_world: (!is_baked).then(|| world_from_geometry.inverse()),
+                ball: Ball::around(&corners),
                 corners,
                 extent,
             }
@@ -117,6 +126,9 @@ impl Oracle {
         let mut nearest: Option<ClearHit> = None;
         for (instance, placed) in self.placed.iter().enumerate() {
             let shear = placed.shear(ray);
+            if shear.misses(&placed.ball) {
+                continue;
+            }
             for (triangle, corners) in placed.corners.iter().enumerate() {
                 let seen = shear.see(corners);
                 if !seen.is_inside() || seen.depth_inside() <= placed.border(&seen) {
@@ -179,6 +191,20 @@ impl Oracle {
     }
 }
 
+impl Ball {
+    fn around(corners: &[[DVec3; 3]]) -> Self {
+        let points = || corners.iter().flatten();
+        let low = points().fold(DVec3::INFINITY, |low, &p| low.min(p));
+        let high = points().fold(DVec3::NEG_INFINITY, |high, &p| high.max(p));
+        let center = 0.5 * (low + high);
+        let radius = points().fold(0.0, |r: f64, p| r.max(p.distance(center)));
+        Self {
+            center,
+            radius: 1.01 * radius,
+        }
+    }
+}
+
 impl Placed {
     fn shear(&self, ray: &Ray) -> Shear {
         let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
@@ -233,20 +259,28 @@ impl Shear {
         64.0 * UNIT_F64 * longest * longest * reach / cross.dot(self.dir).abs()
     }
 
+    /// Whether the whole line passes a ball by.
+    fn misses(&self, ball: &Ball) -> bool {
+        let dir = self.dir.normalize();
+        let to_center = ball.center - DVec3::from_array(self.origin);
+        to_center.cross(dir).length() > ball.radius
+    }
+
+    #[inline]
     fn see(&self, corners: &[DVec3; 3]) -> Seen {
         let [kx, ky, kz] = self.axes;
-        let along = corners.map(|p| p[kz] - self.origin[kz]);
-        let across = [0, 1, 2].map(|i| {
-            [
-                (corners[i][kx] - self.origin[kx]) - self.factors[0] * along[i],
-                (corners[i][ky] - self.origin[ky]) - self.factors[1] * along[i],
-            ]
-        });
-        let [a, b, c] = across;
+        let see = |p: &DVec3| {
+            let along = p[kz] - self.origin[kz];
+            let x = (p[kx] - self.origin[kx]) - self.factors[0] * along;
+            let y = (p[ky] - self.origin[ky]) - self.factors[1] * along;
+            ([x, y], along)
+        };
+        let [(a, a_along), (b, b_along), (c, c_along)] =
+            [see(&corners[0]), see(&corners[1]), see(&corners[2])];
         let cross = |p: [f64; 2], q: [f64; 2]| p[0] * q[1] - p[1] * q[0];
         Seen {
-            across,
-            along,
+            across: [a, b, c],
+            along: [a_along, b_along, c_along],
             edges: [cross(c, b), cross(a, c), cross(b, a)],
         }
     }

@@ -20,9 +20,6 @@ pub(crate) struct Tally {
     pub(crate) n_self: u64,
     /// Rays of which the two kernels say different things.
     pub(crate) n_kernels: u64,
-    /// Rays of which the two trees say different things: none of them wrong, or it is counted
-    /// above.
-    pub(crate) n_trees: u64,
     /// Largest error of a distance, relative to it.
     pub(crate) max_t_error: f64,
     /// Furthest that a hit was off its triangle, in units in the last place of its distance.

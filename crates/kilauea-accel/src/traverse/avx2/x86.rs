@@ -165,6 +165,7 @@ pub(crate) struct LeafRay {
 const AXIS: usize = 16;
 
 impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
+    const COHERENT: bool = COHERENT;
     type NodeRay = NodeRay;
     type LeafRay = LeafRay;
     type Storage = Unchecked;
@@ -367,9 +368,9 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
     }
 
     #[inline(always)]
-    fn first_lane(self, mask: u32) -> usize {
+    fn first_lane<const PREDICTED: bool>(self, mask: u32) -> usize {
         let lane = (mask.trailing_zeros() & 7) as usize;
-        if COHERENT { predicted(lane) } else { lane }
+        if PREDICTED { predicted(lane) } else { lane }
     }
 
     #[inline(always)]

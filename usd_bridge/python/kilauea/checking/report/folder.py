@@ -68,8 +68,12 @@ def write_report(folder: Path, outcome: Outcome, subject: Subject, seconds: floa
 def write_text(file: Path, text: str) -> None:
     """Write a text file whole or not at all."""
     partial = partial_name(file)
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(file)
+    try:
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(file)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise CannotCheckError(f"cannot write {file}: {error.strerror}") from None
 
 
 def write_image(file: Path, image: Floats) -> None:

@@ -2,22 +2,32 @@
 
 use std::time::{Duration, Instant};
 
-use kilauea_spot::{Answerer, Desk, Program, Server, Ticket};
-
-use super::hall::mix;
+use crate::program::{Answerer, Program};
+use crate::server::{Desk, Server};
+use crate::slots::Ticket;
 
 /// Steps into which the delay is divided.
 const N_TICKS: usize = 64;
 
-/// Answers each question after a random delay, so in another order than they were asked in, and in
-/// groups of any size.
-pub(crate) struct Delayed<'a, A> {
-    pub(crate) answerer: &'a A,
-    pub(crate) max_delay: Duration,
+/// Answers each question after a random delay, so in another order than they were asked in and in
+/// groups of any size: a bad network, for tests and measurements.
+pub struct Delayed<'a, A> {
+    answerer: &'a A,
+    max_delay: Duration,
 }
 
 /// An answer, and the thread that waits for it.
 type Due<A> = (u32, Ticket, A);
+
+impl<'a, A> Delayed<'a, A> {
+    /// Serves what `answerer` answers, after up to `max_delay`.
+    pub fn new(answerer: &'a A, max_delay: Duration) -> Self {
+        Self {
+            answerer,
+            max_delay,
+        }
+    }
+}
 
 impl<P: Program, A: Answerer<P>> Server<P> for Delayed<'_, A> {
     fn serve(&self, desk: &Desk<'_, P>) {
@@ -60,4 +70,12 @@ fn deliver<P: Program>(desk: &Desk<'_, P>, due: &mut Vec<Due<P::Answer>>) {
             desk.deliver(thread as u32, answers);
         }
     }
+}
+
+/// Mixes the bits of a number (Steele, Lea & Flood 2014, SplitMix64).
+fn mix(key: u64) -> u64 {
+    let mut z = key.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }

@@ -1,0 +1,122 @@
+//! A frame without the dataflow engine: what that costs is measured against this loop, and its
+//! images are held to this loop's.
+
+use std::convert::Infallible;
+use std::future::{Pending, Ready, ready};
+use std::pin::pin;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::task::{self, Poll, Waker};
+use std::thread::scope;
+
+use kilauea_spot::{Answerer, Context, Program, RunError, Runtime};
+
+use crate::integrator::{Answer, Media, Question, RayTracer};
+use crate::passes::PixelRun;
+use crate::program::{PassesJob, Sampled, StopOnPanic};
+use crate::samples::PixelSampler;
+
+/// A program without SPOTs: there is no work to start one from.
+struct NoSpots;
+
+/// What code sees whose questions are answered within the call, and that spawns nothing.
+struct Answered<'a, const CUTOUTS: bool>(&'a RayTracer<'a, CUTOUTS>);
+
+/// Takes all samples of `job`, whose roots are whole tiles, on `n_threads` threads.
+pub(crate) fn run_plain<const CUTOUTS: bool, M: Media>(
+    sampler: &PixelSampler<'_, CUTOUTS, M>,
+    tracer: &RayTracer<'_, CUTOUTS>,
+    job: &PassesJob<'_>,
+    n_threads: usize,
+) -> Result<(), RunError> {
+    let next_number = AtomicU64::new(0);
+    let run = || {
+        loop {
+            let number = next_number.fetch_add(1, Ordering::Relaxed);
+            let Some(run) = job.next(number) else { break };
+            job.finish(number, &sample_tile(sampler, tracer, run));
+        }
+    };
+    scope(|threads| {
+        let handles: Vec<_> = (0..n_threads).map(|_| threads.spawn(run)).collect();
+        let results: Vec<_> = handles.into_iter().map(|thread| thread.join()).collect();
+        results.into_iter().collect::<Result<(), _>>()
+    })
+    .map_err(|_| RunError::ThreadPanicked {
+        thread: "the plain loop".into(),
+        message: "its message is on stderr".into(),
+    })
+}
+
+/// Takes the samples that a tile's pixels get in a pass.
+fn sample_tile<const CUTOUTS: bool, M: Media>(
+    sampler: &PixelSampler<'_, CUTOUTS, M>,
+    tracer: &RayTracer<'_, CUTOUTS>,
+    run: PixelRun,
+) -> Sampled {
+    let PixelSampler { frame, integrator } = sampler;
+    let _stop = StopOnPanic(frame);
+    let mut sampled = Sampled::default();
+    let mut tile = frame.film.tile(run.tile as usize);
+    for pixel_idx in run.pixels {
+        if frame.is_cancelled() {
+            break;
+        }
+        let pixel = sampler.pixel(run.tile, pixel_idx);
+        for sample_idx in frame.passes.samples(run.pass) {
+            let start = sampler.start(&pixel, sample_idx);
+            let cx = Answered(tracer);
+            let counts = &mut sampled.counts;
+            let path = integrator.trace(&start.ray, &frame.camera, &start.sampler, counts, &cx);
+            let mut sample = in_place(path);
+            sampler.finish(&start, &mut sample);
+            if !tile.add(pixel_idx as usize, &sample) {
+                in_place(sampler.note_fault(&pixel, &start, &cx));
+            }
+        }
+        sampled.n_pixels += 1;
+    }
+    sampled
+}
+
+/// The output of a future that never waits.
+#[inline]
+fn in_place<T>(future: impl Future<Output = T>) -> T {
+    match pin!(future).poll(&mut task::Context::from_waker(Waker::noop())) {
+        Poll::Ready(output) => output,
+        Poll::Pending => unreachable!("every question is answered within the call"),
+    }
+}
+
+impl Program for NoSpots {
+    type Work = Infallible;
+    type Output = Infallible;
+    type Question = Question;
+    type Answer = Answer;
+
+    fn starter<'a, R: Runtime<'a, Self>>(
+        &'a self,
+        _: &R,
+    ) -> impl Fn(Infallible, R::Context) -> R::Started {
+        |work, _| match work {}
+    }
+}
+
+impl<const CUTOUTS: bool> Clone for Answered<'_, CUTOUTS> {
+    fn clone(&self) -> Self {
+        Self(self.0)
+    }
+}
+
+impl<const CUTOUTS: bool> Context<NoSpots> for Answered<'_, CUTOUTS> {
+    type Reply = Ready<Answer>;
+    type Child = Pending<Infallible>;
+
+    #[inline]
+    fn ask(&self, question: Question) -> Ready<Answer> {
+        ready(Answerer::<NoSpots>::answer(self.0, question))
+    }
+
+    fn spawn(&self, work: Infallible) -> Pending<Infallible> {
+        match work {}
+    }
+}

@@ -1,0 +1,149 @@
+//! The program that the dataflow engine runs: what a SPOT of a frame does, and which there are.
+
+use std::ops::Range;
+use std::sync::atomic::Ordering;
+
+use kilauea_spot::{Context, Job, Pool, Program, Runtime};
+
+use crate::frame::Frame;
+use crate::integrator::{Answer, Media, Question, RayCounts};
+use crate::passes::PixelRun;
+use crate::samples::PixelSampler;
+
+/// The program: a SPOT takes the samples of some pixels, one after the other.
+///
+/// A path has one ray to follow and one light to look at, so its vertices need no SPOTs of their
+/// own: they would only hand on its throughput.
+pub(crate) struct PixelProgram<'f, const CUTOUTS: bool, M> {
+    pub(crate) sampler: PixelSampler<'f, CUTOUTS, M>,
+}
+
+/// What a SPOT did.
+#[derive(Default)]
+pub(crate) struct Sampled {
+    pub(crate) n_pixels: u32,
+    pub(crate) counts: RayCounts,
+}
+
+/// Some passes, cut into roots of so many pixels.
+pub(crate) struct PassesJob<'f> {
+    pub(crate) frame: &'f Frame,
+    pub(crate) passes: Range<u32>,
+    pub(crate) n_pixels: u32,
+}
+
+impl<const CUTOUTS: bool, M: Media> Program for PixelProgram<'_, CUTOUTS, M> {
+    type Work = PixelRun;
+    type Output = Sampled;
+    type Question = Question;
+    type Answer = Answer;
+
+    fn starter<'a, R: Runtime<'a, Self>>(
+        &'a self,
+        runtime: &R,
+    ) -> impl Fn(PixelRun, R::Context) -> R::Started {
+        let pixels = runtime.pool();
+        move |run, cx| pixels.start("a pixel's samples", self.sample_pixels(run, cx))
+    }
+}
+
+impl<const CUTOUTS: bool, M: Media> PixelProgram<'_, CUTOUTS, M> {
+    /// Takes the samples that some pixels get in a pass, and adds them to the film.
+    ///
+    /// Not an `async fn`, which would keep each argument in two places while it waits.
+    fn sample_pixels<C: Context<Self>>(
+        &self,
+        run: PixelRun,
+        cx: C,
+    ) -> impl Future<Output = Sampled> {
+        let PixelSampler { frame, integrator } = &self.sampler;
+        let mut sampled = Sampled::default();
+        async move {
+            // Others may wait for these pixels.
+            let _stop = StopOnPanic(frame);
+            for pixel_idx in run.pixels {
+                if frame.is_cancelled() {
+                    break;
+                }
+                let pixel = self.sampler.pixel(run.tile, pixel_idx);
+                for sample_idx in frame.passes.samples(run.pass) {
+                    let start = self.sampler.start(&pixel, sample_idx);
+                    let counts = &mut sampled.counts;
+                    let mut sample = integrator
+                        .trace(&start.ray, &frame.camera, &start.sampler, counts, &cx)
+                        .await;
+                    self.sampler.finish(&start, &mut sample);
+                    let is_finite = frame
+                        .film
+                        .tile(run.tile as usize)
+                        .add(pixel_idx as usize, &sample);
+                    if !is_finite {
+                        // In a box, as room for it would be in the state of every path.
+                        Box::pin(self.sampler.note_fault(&pixel, &start, &cx)).await;
+                    }
+                }
+                sampled.n_pixels += 1;
+            }
+            sampled
+        }
+    }
+}
+
+impl PassesJob<'_> {
+    fn run(&self, number: u64) -> Option<PixelRun> {
+        self.frame.passes.run(&self.passes, self.n_pixels, number)
+    }
+
+    /// The pixels to sample next, once those before them in their tile are done. `None` where
+    /// there are no more, or no time.
+    pub(crate) fn next(&self, number: u64) -> Option<PixelRun> {
+        if self.frame.is_late() {
+            return None;
+        }
+        let run = self.run(number)?;
+        // With fewer tiles than threads the previous pass may still be under way: sums must be
+        // made in order. Its thread never waits for this one.
+        while !self.frame.passes.is_turn_of(run.pass, run.tile) {
+            if self.frame.is_cancelled() || self.frame.is_late() {
+                return None;
+            }
+            std::thread::yield_now();
+        }
+        Some(run)
+    }
+
+    /// Notes that the pixels with that number have been sampled.
+    pub(crate) fn finish(&self, number: u64, sampled: &Sampled) {
+        let Some(run) = self.run(number) else { return };
+        let frame = self.frame;
+        frame.lock_outcome().counts.add(sampled.counts);
+        let n_samples = u64::from(sampled.n_pixels) * frame.passes.samples(run.pass).len() as u64;
+        frame.pixels_sampled.fetch_add(n_samples, Ordering::Relaxed);
+        frame.passes.note_done(run.tile, sampled.n_pixels);
+    }
+}
+
+impl<P: Program<Work = PixelRun, Output = Sampled>> Job<P> for PassesJob<'_> {
+    fn root(&self, number: u64) -> Option<PixelRun> {
+        self.next(number)
+    }
+
+    fn done(&self, number: u64, sampled: Sampled) {
+        self.finish(number, &sampled);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.frame.is_cancelled()
+    }
+}
+
+/// Stops a frame whose code panicked.
+pub(crate) struct StopOnPanic<'f>(pub(crate) &'f Frame);
+
+impl Drop for StopOnPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.is_cancelled.store(true, Ordering::Relaxed);
+        }
+    }
+}

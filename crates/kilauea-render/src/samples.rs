@@ -1,0 +1,119 @@
+//! A sample of a pixel: which ray it follows, and what becomes of the light that comes back.
+
+use kilauea_film::PixelSample;
+use kilauea_math::Vec2;
+use kilauea_spot::{Context, Program};
+
+use crate::camera::CameraRay;
+use crate::frame::Frame;
+use crate::integrator::{
+    Answer, Fault, FirstFault, Media, PathIntegrator, Question, RayCounts, SampleId, Step,
+};
+use crate::sampler::{PixelSequence, Purpose, Sampler};
+
+/// Takes samples of pixels.
+pub(crate) struct PixelSampler<'f, const CUTOUTS: bool, M> {
+    pub(crate) frame: &'f Frame,
+    pub(crate) integrator: PathIntegrator<'f, CUTOUTS, M>,
+}
+
+/// A pixel of which samples are taken.
+#[derive(Clone, Copy)]
+pub(crate) struct SampledPixel<'f> {
+    /// Column and row.
+    position: [i32; 2],
+    sequence: PixelSequence<'f>,
+}
+
+/// Where a sample begins.
+pub(crate) struct SampleStart<'f> {
+    pub(crate) ray: CameraRay,
+    pub(crate) sampler: Sampler<'f>,
+    sample_idx: u32,
+    /// Squared distance from the center of the pixel.
+    offset_sq: f32,
+}
+
+impl<const CUTOUTS: bool, M: Media> PixelSampler<'_, CUTOUTS, M> {
+    /// The pixel with that number in a tile.
+    pub(crate) fn pixel(&self, tile: u32, pixel_idx: u32) -> SampledPixel<'_> {
+        let position = self.frame.passes.pixel(tile, pixel_idx);
+        SampledPixel {
+            position,
+            sequence: self.frame.sampler.pixel(position),
+        }
+    }
+
+    /// Begins a sample.
+    #[inline]
+    pub(crate) fn start<'s>(&self, pixel: &SampledPixel<'s>, sample_idx: u32) -> SampleStart<'s> {
+        let frame = self.frame;
+        let sampler = pixel.sequence.sampler(sample_idx);
+        let offset = frame.filter.sample(sampler.pair(Purpose::Filter));
+        let lens = if frame.needs.lens {
+            sampler.pair(Purpose::Lens)
+        } else {
+            Vec2::splat(0.5)
+        };
+        let time = if frame.needs.motion {
+            sampler.pair(Purpose::Time).x
+        } else {
+            0.0
+        };
+        let [x, y] = pixel.position;
+        let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+        SampleStart {
+            ray: frame.camera.ray(center + offset, lens, time),
+            sampler,
+            sample_idx,
+            offset_sq: offset.length_squared(),
+        }
+    }
+
+    /// Completes what the integrator found.
+    #[inline]
+    pub(crate) fn finish(&self, start: &SampleStart<'_>, sample: &mut PixelSample) {
+        sample.offset_sq = start.offset_sq;
+        let exposure = self.frame.prepared.scene.camera.exposure_scale;
+        if exposure != 1.0 {
+            sample.expose(exposure);
+        }
+    }
+
+    /// Follows a sample again whose light was not finite, to see where that began. Its rays are not
+    /// counted.
+    #[cold]
+    pub(crate) async fn note_fault<P, C>(
+        &self,
+        pixel: &SampledPixel<'_>,
+        start: &SampleStart<'_>,
+        cx: &C,
+    ) where
+        P: Program<Question = Question, Answer = Answer>,
+        C: Context<P>,
+    {
+        let first = FirstFault::default();
+        let mut counts = RayCounts::default();
+        self.integrator
+            .watched_by(&first)
+            .trace(
+                &start.ray,
+                &self.frame.camera,
+                &start.sampler,
+                &mut counts,
+                cx,
+            )
+            .await;
+        let fault = first.get().unwrap_or(Fault {
+            step: Step::Exposure,
+            depth: 0,
+            at: None,
+        });
+        let id = SampleId {
+            row: pixel.position[1],
+            column: pixel.position[0],
+            sample: start.sample_idx,
+        };
+        self.frame.lock_outcome().faults.add(id, fault);
+    }
+}
