@@ -425,7 +425,7 @@ fn glass_in_its_like_is_not_there() {
             outside_ior: 1.33,
             ..*air
         };
-        for u in [0.0, 0.5, 0.99] {
+        for u in [0.01, 0.5, 0.99] {
             let sample = shader.bsdf(&water).sample(wo, [u, 0.5, 0.5]).unwrap();
             assert!(sample.is_transmission && sample.wi.distance(-wo) < 1e-5);
         }

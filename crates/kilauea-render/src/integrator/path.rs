@@ -171,6 +171,9 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
             path.throughput
                 .add(&mut out, depth + 1, scattered.diffuse, scattered.specular);
             let Some(next) = asked.next else { break };
+            if scattered.path.is_black() {
+                break;
+            }
             if scattered.path != Spectrum::ONE {
                 path.throughput.scale_last(depth, scattered.path);
             }

@@ -192,6 +192,7 @@ where
             specular: radiance * specular,
         })
     }
+
     #[inline]
     fn see(&self, step: Step, is_finite: impl FnOnce() -> bool) {
         let Vertex {
