@@ -75,7 +75,10 @@ class Turns:
 
     cpu: list[float] = field(default_factory=list)
     wall: list[float] = field(default_factory=list)
+    n_rays: int = 0
+    """Of a round."""
     stats: dict[str, Any] = field(default_factory=dict)
+    """Of the last frame."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,6 +122,7 @@ class Subject:
         n_rays = sum(sum(one["rays"].values()) for one in stats)
         turns.cpu.append(1e9 * cpu / n_rays)
         turns.wall.append(1e9 * wall / n_rays)
+        turns.n_rays = n_rays
         turns.stats = stats[0]
 
 
@@ -159,7 +163,7 @@ def row(subject: Subject, way: Way, turns: dict[Way, Turns]) -> dict[str, Any]:
         "way": way.name,
         "threads": way.threads,
         "memory_mib": way.memory_mib,
-        "rays": sum(ours.stats["rays"].values()),
+        "rays": ours.n_rays,
         "rounds": len(ours.cpu),
         "cpu_ns": min(ours.cpu),
         "/plain": plain and min(ours.cpu) / min(plain.cpu),
