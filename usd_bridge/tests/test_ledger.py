@@ -101,6 +101,14 @@ def test_the_headline_compares_with_the_baseline() -> None:
     assert "3 seeds; 4x2 pixels, 16 bounces, box filter" in text
 
 
+def test_the_sentence_names_the_extremes() -> None:
+    other = [row | {"stage": "hall"} for row in (summary("path", 2.0), summary("cycles", 1.0))]
+    text = error_tables.sentence(ERROR | {"summary": [*ERROR["summary"], *other]})
+    assert "(whole command): 1.00 in the geometric mean of 2 stages" in text
+    assert "from 0.50 (`box`) to 2.00 (`hall`)" in text
+    assert error_tables.sentence(ERROR | {"summary": []}) == error_tables.NOTHING_COMPARED
+
+
 def test_what_cannot_be_compared_is_said() -> None:
     assert error_tables.not_expressed(ERROR).splitlines() == [
         "- `box`, mitsuba: hair",
@@ -154,5 +162,6 @@ def test_the_pages_have_sections_for_everything(tmp_path, monkeypatch) -> None:
     assert cli.main(["bench", "ledger", "--docs", str(docs)]) == 0
     assert drawn == [docs / "images/error-against-time"]
     written = (docs / "benchmarks.md").read_text(encoding="utf-8")
+    written += (tmp_path / "README.md").read_text(encoding="utf-8")
     assert all(f"<!-- ledger {name} -->" in written for name in ledger.SECTIONS)
     assert "cores of Abacus" in written

@@ -50,11 +50,16 @@ def describe(stage: str, engine: str, rows: Rows, baseline: Rows) -> dict[str, A
         "time_ratio": time_ratio(rows, baseline),
         "efficiency": efficiency(longest["render_s"], longest["MSE"]),
         "slope": slope(mse_points),
-        "Msamples_per_s": longest["samples_per_s"] / 1e6,
-        "Mrays_per_s": None if longest["rays_per_s"] is None else longest["rays_per_s"] / 1e6,
-        "peak_MB": longest["peak_rss"] / 1e6,
+        "Msamples_per_s": millions(longest["samples_per_s"]),
+        "Mrays_per_s": millions(longest["rays_per_s"]),
+        "peak_MB": millions(longest["peak_rss"]),
         "reference": rows[0]["reference"],
     }
+
+
+def millions(value: float | None) -> float | None:
+    """Return a value in millions, None where it was not measured."""
+    return None if value is None else value / 1e6
 
 
 def ratio(rows: Rows, baseline: Rows, clock: str) -> float | None:
