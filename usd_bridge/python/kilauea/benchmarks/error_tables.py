@@ -31,6 +31,12 @@ def sentence(report: Report) -> str:
         return NOTHING_COMPARED
     name = _CLOCK_NAMES[CLOCK_OF_REPORT[report["stages"][0].get("clock", "wall")]]
     ratios = {line["stage"]: line[name] for line in lines if line[name]}
+    if len(ratios) == 1:
+        return " ".join(
+            f"relMSE over that of Cycles at equal time ({name}): {ratio:.2f} at {stage}, the only "
+            "stage measured so far. Below 1, ours is better."
+            for stage, ratio in ratios.items()
+        )
     best, worst = min(ratios, key=ratios.__getitem__), max(ratios, key=ratios.__getitem__)
     return (
         f"relMSE over that of Cycles at equal time ({name}): {geometric_mean(ratios.values()):.2f} "
@@ -131,6 +137,9 @@ def not_expressed(report: Report) -> str:
         name = stage["stage"]
         for engine, reason in stage.get("skipped", {}).items():
             lines.append(f"- `{name}`, {engine}: {reason.rpartition('unsupported: ')[2]}")
+        lines += [
+            f"- `{name}`, {engine_and_time}" for engine_and_time in stage.get("unreached", ())
+        ]
         for engine, warnings in stage.get("notes", {}).items():
             more = f" and {len(warnings) - 1} more" if len(warnings) > 1 else ""
             lines.append(f"- `{name}`, {engine} renders without: {warnings[0]}{more}")

@@ -93,12 +93,10 @@ def curve(rows: Rows, clock: str, error: str = "relMSE") -> list[Point]:
 
 
 def means(rows: Rows) -> Rows:
-    """Average the numbers of all seeds at each time (or sample count), in ascending order."""
-    groups: dict[tuple[float, float], Rows] = defaultdict(list)
+    """Average the numbers of all seeds at each sample count that was asked for, ascending."""
+    groups: dict[int, Rows] = defaultdict(list)
     for row in rows:
-        target = row["target_s"]
-        # At equal times, counts may differ between seeds; at equal counts there is no time.
-        groups[(target, 0.0) if target else (0.0, row["samples_per_pixel"])].append(row)
+        groups[row["samples_asked"]].append(row)
     return [_mean(found) for _, found in sorted(groups.items())]
 
 
