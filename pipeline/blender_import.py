@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import sys
 import tempfile
 import time
 from pathlib import Path
 
 import bpy
+
+from peak_memory import peak_rss
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -51,7 +52,7 @@ def main() -> int:
     stats = {
         "load_s": load_s,
         "build_s": build_s,
-        "peak_rss": 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+        "peak_rss": peak_rss(),
     }
     args.stats.write_text(json.dumps(stats), encoding="utf-8")
     return 0

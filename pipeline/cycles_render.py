@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import json
 import re
-import resource
 import sys
 import time
 from pathlib import Path
@@ -27,6 +26,7 @@ from blender_scene.placement import Placement
 from blender_scene.settings import apply_settings
 from blender_scene.world import build_world
 from exported import ExportedScene, Raster
+from peak_memory import peak_rss
 
 
 def parse_arguments() -> argparse.Namespace:
@@ -113,7 +113,7 @@ def main() -> int:
             "height": raster.height,
             "build_s": build_s,
             **times,
-            "peak_rss": 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+            "peak_rss": peak_rss(),
             "warnings": warnings,
         }
         args.stats.write_text(json.dumps(stats, indent=1), encoding="utf-8")

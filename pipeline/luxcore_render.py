@@ -10,13 +10,13 @@ import argparse
 import contextlib
 import json
 import os
-import resource
 import sys
 import time
 from pathlib import Path
 from typing import Any
 
 from exported import ExportedScene, Raster
+from peak_memory import peak_rss
 
 # After NumPy: LuxCore replaces the allocator, and NumPy would free what it did not allocate.
 with contextlib.redirect_stdout(sys.stderr):
@@ -90,7 +90,7 @@ def main() -> int:
             "build_s": build_s,
             "compile_s": compile_s,
             "render_s": render_s,
-            "peak_rss": 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+            "peak_rss": peak_rss(),
             "warnings": [],
         }
         args.stats.write_text(json.dumps(stats, indent=1), encoding="utf-8")

@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import resource
 import sys
 import time
 from pathlib import Path
@@ -24,6 +23,7 @@ import drjit as dr  # noqa: E402
 import mitsuba as mi  # noqa: E402
 
 from exported import ExportedScene, Raster  # noqa: E402
+from peak_memory import peak_rss  # noqa: E402
 
 mi.set_variant("llvm_ad_rgb")
 
@@ -100,7 +100,7 @@ def main() -> int:
             "build_s": build_s,
             "compile_s": compile_s,
             "render_s": render_s,
-            "peak_rss": 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+            "peak_rss": peak_rss(),
             "warnings": [],
         }
         args.stats.write_text(json.dumps(stats, indent=1), encoding="utf-8")

@@ -150,8 +150,7 @@ def test_plots_have_a_chart_for_each_stage(tmp_path) -> None:
         {
             "stage": stage,
             "engine": engine,
-            "target_s": seconds,
-            "samples_per_pixel": 4,
+            "samples_asked": int(4 * seconds),
             "seconds": seconds,
             "relMSE": 1.0 / seconds,
             "relMSE_of_reference": 0.0,

@@ -72,11 +72,11 @@ def test_a_failed_command_says_its_last_line(capfd) -> None:
 
 
 def test_a_command_is_measured() -> None:
-    """What it prints, and the processor time and memory of it alone."""
+    """What it prints, its time, and its processor time alone."""
     done = child.run_apart(["sh", "-c", "echo yes; echo no >&2"], "do it")
     assert done.output == "yes\n"
-    assert done.peak_rss > 0
-    assert 0.0 <= done.cpu_s < 10.0
+    assert done.wall_s > 0.0
+    assert done.cpu_s >= 0.0
 
 
 def test_a_missing_pipeline_is_said(tmp_path, monkeypatch) -> None:

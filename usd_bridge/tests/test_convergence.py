@@ -50,7 +50,7 @@ def row(engine: str, target_s: float, seconds: float, error: float) -> dict:
     return {
         "stage": "box",
         "engine": engine,
-        "target_s": target_s,
+        "samples_asked": round(4.0 * target_s),
         "samples_per_pixel": 4.0 * target_s,
         "seconds": seconds + 1.0,
         "load_s": 0.5,

@@ -41,6 +41,7 @@ ERROR = {
             "max_depth": 16,
             "skipped": {"mitsuba": "cannot render with mitsuba: mitsuba: unsupported: hair"},
             "notes": {"cycles": ["no caustics", "no fog"]},
+            "unreached": ["luxcore: not one sample in 2 s"],
             "reference": {
                 "tests": [
                     {
@@ -101,9 +102,19 @@ def test_the_headline_compares_with_the_baseline() -> None:
     assert "3 seeds; 4x2 pixels, 16 bounces, box filter" in text
 
 
+def test_the_sentence_names_the_extremes() -> None:
+    other = [row | {"stage": "hall"} for row in (summary("path", 2.0), summary("cycles", 1.0))]
+    text = error_tables.sentence(ERROR | {"summary": [*ERROR["summary"], *other]})
+    assert "(whole command): 1.00 in the geometric mean of 2 stages" in text
+    assert "from 0.50 (`box`) to 2.00 (`hall`)" in text
+    assert "0.50 at `box`, the only" in error_tables.sentence(ERROR)
+    assert error_tables.sentence(ERROR | {"summary": []}) == error_tables.NOTHING_COMPARED
+
+
 def test_what_cannot_be_compared_is_said() -> None:
     assert error_tables.not_expressed(ERROR).splitlines() == [
         "- `box`, mitsuba: hair",
+        "- `box`, luxcore: not one sample in 2 s",
         "- `box`, cycles renders without: no caustics and 1 more",
     ]
     assert "| `box` | cycles, path | 1 of 12 |" in error_tables.references(ERROR)
@@ -154,5 +165,6 @@ def test_the_pages_have_sections_for_everything(tmp_path, monkeypatch) -> None:
     assert cli.main(["bench", "ledger", "--docs", str(docs)]) == 0
     assert drawn == [docs / "images/error-against-time"]
     written = (docs / "benchmarks.md").read_text(encoding="utf-8")
+    written += (tmp_path / "README.md").read_text(encoding="utf-8")
     assert all(f"<!-- ledger {name} -->" in written for name in ledger.SECTIONS)
     assert "cores of Abacus" in written

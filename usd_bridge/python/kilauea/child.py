@@ -23,8 +23,6 @@ class Finished:
     wall_s: float
     cpu_s: float
     """Of all its threads, system time included."""
-    peak_rss: int
-    """Highest resident size in bytes."""
 
 
 def run_apart(command: list[str], purpose: str) -> Finished:
@@ -53,8 +51,7 @@ def run_apart(command: list[str], purpose: str) -> Finished:
         print("\n".join(lines), file=sys.stderr)
         last = lines[-1] if lines else f"exit code {child.returncode}"
         raise KilaueaError(f"cannot {purpose}: {last}")
-    cpu_s = usage.ru_utime + usage.ru_stime
-    return Finished(printed, wall_s, cpu_s, 1024 * usage.ru_maxrss)
+    return Finished(printed, wall_s, usage.ru_utime + usage.ru_stime)
 
 
 def _text(file: IO[bytes]) -> str:

@@ -85,7 +85,6 @@ def render(engine: str, job: Job, samples: int, seed: int) -> Run:
         image=image,
         total_s=done.wall_s,
         cpu_s=done.cpu_s,
-        peak_rss=done.peak_rss,
         **called.parse(json.loads(stats_file.read_text())),
     )
 
@@ -114,6 +113,7 @@ def _parse_ours(stats: dict[str, Any]) -> dict[str, Any]:
         "load_s": times["load"],
         "build_s": times.get("build", 0.0),
         "render_s": sum(times.get(name, 0.0) for name in ("photon", "gather", "render")),
+        "peak_rss": stats["memory"]["peak_rss"],
         "n_rays": sum(stats["rays"].values()),
         "warnings": stats["warnings"],
     }
@@ -150,6 +150,7 @@ def _parse_theirs(stats: dict[str, Any], preparation: str) -> dict[str, Any]:
         "load_s": stats["build_s"],
         "build_s": stats[preparation],
         "render_s": stats["render_s"],
+        "peak_rss": stats["peak_rss"],
         "n_rays": None,
         "warnings": stats["warnings"],
     }

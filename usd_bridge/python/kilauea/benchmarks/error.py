@@ -101,6 +101,7 @@ def measure_stage(
         "clock": args.clock,
         "skipped": skipped,
         "notes": notes,
+        "unreached": measurement.unreached,
         "reference": references.record(),
     }
     return measurement.rows, about

@@ -19,8 +19,43 @@ _CLOCK_NAMES = {
 }
 
 
+NOTHING_COMPARED = "No stage was rendered by both."
+CLOCK_OF_REPORT = {"wall": "seconds", "cpu": "cpu_s"}
+"""The clock on which ratios are fair, by what the times of a report were measured with."""
+
+
+def sentence(report: Report) -> str:
+    """Say in one line how our error compares with the baseline's."""
+    lines = compared(report)
+    if not lines:
+        return NOTHING_COMPARED
+    name = _CLOCK_NAMES[CLOCK_OF_REPORT[report["stages"][0].get("clock", "wall")]]
+    ratios = {line["stage"]: line[name] for line in lines if line[name]}
+    if len(ratios) == 1:
+        return " ".join(
+            f"relMSE over that of Cycles at equal time ({name}): {ratio:.2f} at {stage}, the only "
+            "stage measured so far. Below 1, ours is better."
+            for stage, ratio in ratios.items()
+        )
+    best, worst = min(ratios, key=ratios.__getitem__), max(ratios, key=ratios.__getitem__)
+    return (
+        f"relMSE over that of Cycles at equal time ({name}): {geometric_mean(ratios.values()):.2f} "
+        f"in the geometric mean of {len(ratios)} stages, from {ratios[best]:.2f} ({best}) to "
+        f"{ratios[worst]:.2f} ({worst}). Below 1, ours is better."
+    )
+
+
 def headline(report: Report) -> str:
     """Say per stage how our error compares with the baseline's at equal time."""
+    lines = compared(report)
+    if not lines:
+        return NOTHING_COMPARED
+    lines.append({"stage": "geometric mean", **means(lines)})
+    return f"{conditions(report)}\n\n{table(lines)}"
+
+
+def compared(report: Report) -> list[dict[str, Any]]:
+    """Return a line for each stage that one of ours and the baseline rendered."""
     lines = []
     for stage in stages(report):
         found = {row["engine"]: row for row in report["summary"] if row["stage"] == stage}
@@ -36,10 +71,7 @@ def headline(report: Report) -> str:
                 "measured against": AGAINST[ours["reference"]],
             }
         )
-    if not lines:
-        return "No stage was rendered by both."
-    lines.append({"stage": "geometric mean", **means(lines)})
-    return f"{conditions(report)}\n\n{table(lines)}"
+    return lines
 
 
 AGAINST = {"agreed": "an image that two engines agree on", "own": "each engine's own image"}
@@ -105,6 +137,9 @@ def not_expressed(report: Report) -> str:
         name = stage["stage"]
         for engine, reason in stage.get("skipped", {}).items():
             lines.append(f"- `{name}`, {engine}: {reason.rpartition('unsupported: ')[2]}")
+        lines += [
+            f"- `{name}`, {engine_and_time}" for engine_and_time in stage.get("unreached", ())
+        ]
         for engine, warnings in stage.get("notes", {}).items():
             more = f" and {len(warnings) - 1} more" if len(warnings) > 1 else ""
             lines.append(f"- `{name}`, {engine} renders without: {warnings[0]}{more}")

@@ -20,6 +20,7 @@ from kilauea.errors import KilaueaError
 Report = dict[str, Any]
 
 SECTIONS: dict[str, tuple[str, Callable[[Report], str]]] = {
+    "sentence": ("error", error_tables.sentence),
     "headline": ("error", error_tables.headline),
     "error": ("error", error_tables.comparison),
     "references": ("error", error_tables.references),

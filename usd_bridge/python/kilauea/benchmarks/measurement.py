@@ -35,6 +35,8 @@ class Measurement:
     skipped: dict[str, str]
     """Reasons why engines take no part, or not any more."""
     rows: list[dict[str, Any]] = field(default_factory=list)
+    unreached: list[str] = field(default_factory=list)
+    """Engines that cannot take one sample in a time."""
     _images: dict[str, Path] = field(default_factory=dict)
 
     def take_times(self, times_s: list[float], seeds: int) -> None:
@@ -43,10 +45,8 @@ class Measurement:
             counts = {engine: pace.samples_in(target_s) for engine, pace in self.paces.items()}
             for engine in [engine for engine, count in counts.items() if count == 0]:
                 del counts[engine]
-                print(
-                    f"kilauea: {self.job.name}: {engine}: not one sample in {target_s:g} s",
-                    file=sys.stderr,
-                )
+                self.unreached.append(f"{engine}: not one sample in {target_s:g} s")
+                print(f"kilauea: {self.job.name}: {self.unreached[-1]}", file=sys.stderr)
             self._take(counts, seeds, {"target_s": target_s})
 
     def take_counts(self, counts: list[int], seeds: int) -> None:
@@ -71,7 +71,7 @@ class Measurement:
                 runs[engine].append(run)
         for engine, found in runs.items():
             if len(found) == seeds:
-                self._add_rows(engine, found, fields)
+                self._add_rows(engine, found, fields | {"samples_asked": counts[engine]})
                 self._images[engine] = found[0].image
 
     def _add_rows(self, engine: str, runs: list[Run], fields: dict[str, Any]) -> None:

@@ -84,6 +84,8 @@ def write(rows: list[dict[str, Any]], stem: Path, clock: str = "seconds") -> Non
 
 def draw_stage(axes: Axes, stage: str, rows: list[dict[str, Any]], clock: str) -> None:
     """Draw the curves of all engines, and a dotted line of slope -1."""
+    from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
+
     lines: dict[str, list[Point]] = {}
     for engine in dict.fromkeys(row["engine"] for row in rows):
         found = curve([row for row in rows if row["engine"] == engine], clock)
@@ -94,6 +96,10 @@ def draw_stage(axes: Axes, stage: str, rows: list[dict[str, Any]], clock: str) -
     draw_slope(axes, [point for points in lines.values() for point in points])
     axes.set_xscale("log")
     axes.set_yscale("log")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FormatStrFormatter("%g"))
+        axis.set_minor_formatter(NullFormatter())
     axes.set_title(stage, fontsize=9)
     axes.tick_params(which="both", labelsize=7)
     axes.grid(visible=True, which="both", color="#eeeeee", linewidth=0.6)

@@ -50,11 +50,16 @@ def describe(stage: str, engine: str, rows: Rows, baseline: Rows) -> dict[str, A
         "time_ratio": time_ratio(rows, baseline),
         "efficiency": efficiency(longest["render_s"], longest["MSE"]),
         "slope": slope(mse_points),
-        "Msamples_per_s": longest["samples_per_s"] / 1e6,
-        "Mrays_per_s": None if longest["rays_per_s"] is None else longest["rays_per_s"] / 1e6,
-        "peak_MB": longest["peak_rss"] / 1e6,
+        "Msamples_per_s": millions(longest["samples_per_s"]),
+        "Mrays_per_s": millions(longest["rays_per_s"]),
+        "peak_MB": millions(longest["peak_rss"]),
         "reference": rows[0]["reference"],
     }
+
+
+def millions(value: float | None) -> float | None:
+    """Return a value in millions, None where it was not measured."""
+    return None if value is None else value / 1e6
 
 
 def ratio(rows: Rows, baseline: Rows, clock: str) -> float | None:
@@ -88,12 +93,10 @@ def curve(rows: Rows, clock: str, error: str = "relMSE") -> list[Point]:
 
 
 def means(rows: Rows) -> Rows:
-    """Average the numbers of all seeds at each time (or sample count), in ascending order."""
-    groups: dict[tuple[float, float], Rows] = defaultdict(list)
+    """Average the numbers of all seeds at each sample count that was asked for, ascending."""
+    groups: dict[int, Rows] = defaultdict(list)
     for row in rows:
-        target = row["target_s"]
-        # At equal times, counts may differ between seeds; at equal counts there is no time.
-        groups[(target, 0.0) if target else (0.0, row["samples_per_pixel"])].append(row)
+        groups[row["samples_asked"]].append(row)
     return [_mean(found) for _, found in sorted(groups.items())]
 
 
