@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import OpenImageIO as oiio
@@ -125,7 +125,7 @@ def _record(file: Path, spec: Any) -> dict[str, Any]:
     return record
 
 
-def _is_sound(record: Any) -> bool:
+def _is_sound(record: Any) -> TypeGuard[dict[str, Any]]:
     """Whether what is computed with has the right kind, and there is a spread of batches."""
     if not isinstance(record, dict):
         return False
