@@ -127,7 +127,7 @@ def test_refuses_what_means_nothing(words: list[str]) -> None:
 
 
 def test_variance_needs_two_seeds() -> None:
-    assert cli.main(["bench", "error", str(BOX), "--seeds", "1"]) == 1
+    assert cli.main(["bench", "error", str(BOX), "--seeds", "1"]) == 2
 
 
 @pytest.mark.parametrize(("clock", "seconds", "samples"), [("wall", 6.0, 10), ("cpu", 6.0, 5)])

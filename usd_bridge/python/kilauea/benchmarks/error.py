@@ -18,7 +18,7 @@ from kilauea.benchmarks.pace import CLOCKS, Pace, pilot
 from kilauea.benchmarks.reference import find_references
 from kilauea.benchmarks.report import print_table, write_json
 from kilauea.benchmarks.summary import summarise
-from kilauea.errors import KilaueaError
+from kilauea.errors import KilaueaError, UsageError
 
 PILOT_SEED = 20_001
 
@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Measure, print and write."""
     if min(args.seeds, args.reference_seeds) < 2:
-        raise KilaueaError("variance needs at least two seeds")
+        raise UsageError("variance needs at least two seeds")
     rows: list[dict[str, Any]] = []
     stages: list[dict[str, Any]] = []
     for stage in args.stages:

@@ -12,6 +12,7 @@ Report = dict[str, Any]
 
 SHOWN = ("kilauea", "path")
 """Engines whose ratios make the headline; the first that a stage has."""
+AGAINST = {"agreed": "an image that two engines agree on", "own": "each engine's own image"}
 _CLOCK_NAMES = {
     "seconds": "whole command",
     "render_s": "rendering",
@@ -72,9 +73,6 @@ def compared(report: Report) -> list[dict[str, Any]]:
             }
         )
     return lines
-
-
-AGAINST = {"agreed": "an image that two engines agree on", "own": "each engine's own image"}
 
 
 def means(lines: list[dict[str, Any]]) -> dict[str, float]:
