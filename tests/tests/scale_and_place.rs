@@ -1,4 +1,5 @@
 //! A picture does not depend on the unit of length, or on where the world's origin is.
+#![allow(clippy::print_stdout, reason = "the figures, with --nocapture")]
 
 use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
 use kilauea_scene::{Camera, Light};

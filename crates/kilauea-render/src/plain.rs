@@ -38,7 +38,10 @@ pub(crate) fn run_plain<const CUTOUTS: bool, M: Media>(
     };
     scope(|threads| {
         let handles: Vec<_> = (0..n_threads).map(|_| threads.spawn(run)).collect();
-        let results: Vec<_> = handles.into_iter().map(|thread| thread.join()).collect();
+        let results: Vec<_> = handles
+            .into_iter()
+            .map(std::thread::ScopedJoinHandle::join)
+            .collect();
         results.into_iter().collect::<Result<(), _>>()
     })
     .map_err(|_| RunError::ThreadPanicked {

@@ -19,7 +19,7 @@ fn at_centers(settings: &mut RenderSettings) {
 /// points are `spread(z)` as far from the axis.
 fn sheet(spread: impl Fn(f32) -> f32) -> Mesh {
     let n = N as i32 + 3;
-    let at = |i: i32| (i - n / 2) as f32 + 0.5 * (N % 2 == 0) as u8 as f32;
+    let at = |i: i32| (i - n / 2) as f32 + 0.5 * f32::from(u8::from(N.is_multiple_of(2)));
     let points = (0..n * n).map(|i| {
         let (x, y) = (i % n, i / n);
         let z = 0.25 * ((7 * x + 3 * y) % 5) as f32;

@@ -3,6 +3,7 @@
 //! What holds for all of them: no NaN gets into a picture, nothing panics, and what is left out is
 //! said. Beyond that each test holds its picture to what it must be. `cargo test -p kilauea-tests
 //! --test stress -- --nocapture` prints the figures.
+#![allow(clippy::print_stdout, reason = "the figures, with --nocapture")]
 
 mod cameras;
 mod coplanar;

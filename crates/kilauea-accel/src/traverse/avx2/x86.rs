@@ -49,7 +49,8 @@ impl Avx2 {
     /// The same for coherent rays.
     #[inline(always)]
     pub(crate) fn coherent(self) -> Avx2<true> {
-        Avx2(())
+        let Self(proof) = self;
+        Avx2(proof)
     }
 }
 
