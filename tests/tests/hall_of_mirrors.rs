@@ -48,7 +48,8 @@ fn settings(shading: Shading) -> RenderSettings {
 fn shades_keep_within_their_memory_and_without_the_rule_pass_it_tenfold() {
     let prepared = hall().prepare(&settings(Shading::Inline));
     let inline = Picture::render(&prepared, settings(Shading::Inline));
-    assert!(inline.stats.rays.indirect > 3 * inline.stats.rays.camera);
+    let rays = &inline.stats.rays;
+    assert!(rays.indirect > 3 * rays.camera, "{rays:?}");
     let render = |first_come, answer_delay_ms| {
         let conditions = Conditions {
             first_come,

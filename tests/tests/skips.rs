@@ -50,7 +50,7 @@ fn settings() -> RenderSettings {
 fn check_skips(what: &str, stage: &Stage, settings: &RenderSettings) -> Vec<&'static str> {
     let prepared = stage.prepare(settings);
     let special = Picture::render(&prepared, settings.clone());
-    for name in special.stats.skipped.iter().copied() {
+    for &name in &special.stats.skipped {
         let settings = RenderSettings {
             general: vec![name.to_owned()],
             ..settings.clone()

@@ -152,6 +152,9 @@ impl Frame {
             engine.budget_bytes(memory)
         };
         for pass in 0..self.passes.n_passes() {
+            if self.is_late() {
+                break;
+            }
             let job = PassesJob {
                 frame: self,
                 passes: pass..pass + 1,

@@ -133,7 +133,6 @@ def build(frame: Frame, args: argparse.Namespace, *, specialize_rays: bool) -> A
     engine = native()
     options = {
         "resolution": args.res,
-        "samples_per_pixel": args.pixel_samples,
         "max_chunk_triangles": MAX_CHUNK_TRIANGLES,
         "specialize_rays": specialize_rays,
     }

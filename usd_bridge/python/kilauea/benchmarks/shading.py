@@ -97,7 +97,7 @@ class Subject:
         from kilauea.usd.stage import flatten
 
         frame = flatten(stage, FlattenOptions(resolution=tuple(args.res)))
-        build = json.dumps({"resolution": args.res, "samples_per_pixel": args.pixel_samples})
+        build = json.dumps({"resolution": args.res})
         n_scenes = max(args.threads) if args.apart else 1
         settings = DEFAULTS | frame.settings
         settings |= {"resolution": args.res, "samples_per_pixel": args.pixel_samples}
