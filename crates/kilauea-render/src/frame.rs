@@ -40,6 +40,8 @@ pub(crate) struct Frame {
     pub(crate) n_pixels: u64,
     pub(crate) pixels_sampled: AtomicU64,
     pub(crate) is_cancelled: AtomicBool,
+    /// Code of a sample did. Apart from the above, which is no error to those who ask.
+    pub(crate) has_panicked: AtomicBool,
     pub(crate) start: Instant,
     pub(crate) deadline: Option<Instant>,
     pub(crate) blame: Blame,
@@ -181,6 +183,11 @@ impl Frame {
 
     pub(crate) fn is_cancelled(&self) -> bool {
         self.is_cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Whether nobody waits for more samples.
+    pub(crate) fn is_over(&self) -> bool {
+        self.is_cancelled() || self.has_panicked.load(Ordering::Relaxed)
     }
 
     pub(crate) fn is_late(&self) -> bool {

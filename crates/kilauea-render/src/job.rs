@@ -106,6 +106,7 @@ impl RenderJob {
             pixels_sampled: AtomicU64::new(0),
             n_pixels,
             is_cancelled: AtomicBool::new(false),
+            has_panicked: AtomicBool::new(false),
             start,
             deadline: settings
                 .time_limit_secs

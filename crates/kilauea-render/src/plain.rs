@@ -61,7 +61,7 @@ fn sample_tile<const CUTOUTS: bool, M: Media>(
     let mut sampled = Sampled::default();
     let mut tile = frame.film.tile(run.tile as usize);
     for pixel_idx in run.pixels {
-        if frame.is_cancelled() {
+        if frame.is_over() {
             break;
         }
         let pixel = sampler.pixel(run.tile, pixel_idx);

@@ -62,7 +62,7 @@ impl<const CUTOUTS: bool, M: Media> PixelProgram<'_, CUTOUTS, M> {
             // Others may wait for these pixels.
             let _stop = StopOnPanic(frame);
             for pixel_idx in run.pixels {
-                if frame.is_cancelled() {
+                if frame.is_over() {
                     break;
                 }
                 let pixel = self.sampler.pixel(run.tile, pixel_idx);
@@ -104,7 +104,7 @@ impl PassesJob<'_> {
         // With fewer tiles than threads the previous pass may still be under way: sums must be
         // made in order. Its thread never waits for this one.
         while !self.frame.passes.is_turn_of(run.pass, run.tile) {
-            if self.frame.is_cancelled() || self.frame.is_late() {
+            if self.frame.is_over() || self.frame.is_late() {
                 return None;
             }
             std::thread::yield_now();
@@ -143,7 +143,7 @@ pub(crate) struct StopOnPanic<'f>(pub(crate) &'f Frame);
 impl Drop for StopOnPanic<'_> {
     fn drop(&mut self) {
         if std::thread::panicking() {
-            self.0.is_cancelled.store(true, Ordering::Relaxed);
+            self.0.has_panicked.store(true, Ordering::Relaxed);
         }
     }
 }

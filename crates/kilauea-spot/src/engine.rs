@@ -116,7 +116,7 @@ impl Engine {
         J: Job<P>,
     {
         let n_servers = n_servers.max(1);
-        let exchange = Exchange::new(&self.limits, n_servers);
+        let exchange = Exchange::new(&self.limits);
         let fail = |error| exchange.end(Some(error));
         let serve = || server.serve(&Desk::new(&exchange));
         let run = |thread| run_thread(thread, program, job, &exchange, &self.limits);

@@ -58,12 +58,12 @@ pub struct Batch<Q> {
 }
 
 impl<P: Program> Exchange<P> {
-    pub(crate) fn new(limits: &Limits, n_servers: usize) -> Self {
+    pub(crate) fn new(limits: &Limits) -> Self {
         let n_threads = limits.n_threads;
         Self {
             inboxes: (0..n_threads).map(|_| Inbox::new()).collect(),
             backlogs: (0..n_threads).map(|_| Backlog::new(limits.order)).collect(),
-            questions: QuestionQueue::new(n_servers),
+            questions: QuestionQueue::new(),
             progress: Progress::new(),
             privileges: Privileges::new(n_threads),
             idle: Idle::new(n_threads),
@@ -130,8 +130,6 @@ impl<P: Program> Exchange<P> {
 /// it has credit for; so senders never find it full and never wait. Answerers wait while it is
 /// empty. They in turn never wait for engine threads, as inboxes have room for every answer.
 pub(crate) struct QuestionQueue<Q> {
-    /// Batches that wait where each answerer has its next one and another.
-    backed_up_len: usize,
     state: Mutex<QueueState<Q>>,
     arrived: Condvar,
 }
@@ -142,10 +140,8 @@ struct QueueState<Q> {
 }
 
 impl<Q> QuestionQueue<Q> {
-    /// `n_servers` threads take batches from it.
-    pub(crate) fn new(n_servers: usize) -> Self {
+    pub(crate) fn new() -> Self {
         Self {
-            backed_up_len: 2 * n_servers,
             state: Mutex::new(QueueState {
                 batches: VecDeque::new(),
                 is_closed: false,
@@ -171,11 +167,6 @@ impl<Q> QuestionQueue<Q> {
             }
             state = wait(&self.arrived, state, PATIENCE);
         }
-    }
-
-    /// Whether answerers have more to do than they can begin.
-    pub(crate) fn is_backed_up(&self) -> bool {
-        lock(&self.state).batches.len() >= self.backed_up_len
     }
 
     /// The next batch if there is one.

@@ -56,7 +56,7 @@ fn exchange() -> Arc<Exchange<Nothing>> {
         stack_bytes: 0,
         order: Order::HighestGeneration,
     };
-    Arc::new(Exchange::new(&limits, 1))
+    Arc::new(Exchange::new(&limits))
 }
 
 fn child(root: u64) -> Child<Nothing> {

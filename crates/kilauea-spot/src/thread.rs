@@ -126,7 +126,7 @@ where
             return self.choose_first_come(may_admit);
         }
         let pressure = lane.budget.pressure();
-        let may_admit = lane.budget.may_admit() && !self.is_ahead_of_answers();
+        let may_admit = lane.budget.may_admit();
         let backlog = &self.exchange.backlogs[self.thread];
         if pressure <= Pressure::Resume {
             let urgency = lane.ready.urgency();
@@ -147,13 +147,6 @@ where
             return Some(root);
         }
         self.exchange.steal(self.thread).map(Task::StartChild)
-    }
-
-    /// Whether those who answer have more to do than they can begin. Then another root would but
-    /// wait for them, and what is in flight should stay in the caches. This thread's own questions
-    /// bring it mail, so it does not wait in vain.
-    fn is_ahead_of_answers(&self) -> bool {
-        self.n_questions_out >= self.limits.batch_len && self.exchange.questions.is_backed_up()
     }
 
     fn choose_first_come(&mut self, may_admit: bool) -> Option<Task<P>> {
