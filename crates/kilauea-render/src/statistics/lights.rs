@@ -53,6 +53,7 @@ impl Case {
     fn for_each_receiver(&self, mut check: impl FnMut(String, &Lit<'_>, &Directions)) {
         let place = turned();
         let center = place.transform_point3(DVec3::ZERO).as_vec3();
+        // Charts are about a direction off the light's center, so that no rim runs along cells.
         // Toward where the light shines, in units of its radius: close, aside, far.
         for (from_light, normal) in [
             (DVec3::new(0.1, 0.05, -0.6), Vec3::new(0.1, 0.2, 1.0)),
@@ -63,12 +64,12 @@ impl Case {
             let (p, directions) = match self.size {
                 Size::Radius(radius) => {
                     let half_angle = f64::from(1.0 / offset.length()).atan();
-                    let directions = Directions::around(-offset, half_angle);
+                    let aside = 0.3 * offset.any_orthogonal_vector().normalize();
+                    let directions = Directions::around(aside - offset, half_angle);
                     (center + radius * offset, directions)
                 }
                 Size::HalfAngle(degrees) => {
                     let half_angle = degrees.to_radians().min(FRAC_PI_2);
-                    // Off its center, so that its rim does not run along cells.
                     let axis = DVec3::new(0.3 * half_angle, 0.0, 1.0);
                     let axis = place.transform_vector3(axis).as_vec3();
                     (offset, Directions::around(axis, half_angle))

@@ -120,7 +120,7 @@ pub(super) fn irradiance_p_value(seen: &impl Sees, directions: &Directions, stre
         seen.for_each_arriving(dir, |e| radiance += e.radiance);
         project(radiance) * f64::from(dir.dot(seen.n()).max(0.0))
     };
-    let integral = integrate_over(directions, 1e-5 * moments.mean, along);
+    let integral = integrate_over(directions, 3e-5 * moments.mean, along);
     moments.p_value(integral, 1e-3 * integral)
 }
 
