@@ -111,7 +111,8 @@ def test_glass_passes_and_reflects_all_light(tmp_path: Path) -> None:
     writer = SceneWriter(tmp_path)
     writer.record["materials"] = [constant_material("Glass", ior=1.5)]
     writer.floor()
-    writer.chunk([(-1, -0.1, 1), (1, -0.1, 1), (1, -0.1, -1)], [(0, 2, 1)])
+    below = [(-1, -0.1, 1), (1, -0.1, 1), (1, -0.1, -1), (-1, -0.1, -1)]
+    writer.chunk(below, [(0, 2, 1), (0, 3, 2)])
     writer.record["lights"] = [light({"type": "dome"}, np.eye(4))]
     writer.record["settings"] |= {"max_depth": 32}
     np.testing.assert_allclose(render(writer.write()).mean(), 1.0, rtol=0.01)
