@@ -1,6 +1,6 @@
 //! Answers what paths ask, where the geometry is.
 
-use kilauea_accel::{Hit, Ray, Visibility};
+use kilauea_accel::{Hit, Ray};
 use kilauea_math::Vec2;
 use kilauea_math::hash::{combine, unit_f32};
 use kilauea_spot::{Answerer, Program};
@@ -49,9 +49,6 @@ impl<const CUTOUTS: bool> RayTracer<'_, CUTOUTS> {
         let accel = self.geometry.accel();
         if CUTOUTS {
             accel.intersect_filtered(ray, |hit| self.is_present(hit, ray, key))
-        } else if ray.visibility == Visibility::CAMERA {
-            // A pixel's follow each other, and its neighbours' follow those.
-            accel.intersect_coherent(ray)
         } else {
             accel.intersect(ray)
         }
