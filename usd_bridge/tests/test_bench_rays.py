@@ -20,7 +20,7 @@ def row(mesh: str, kind: str, ours: float, peer: float) -> dict:
         "mesh": mesh,
         "triangles": 7,
         "rays": kind,
-        "ours_name": "final",
+        "ours_name": "ours",
         "ours": ours,
         "peer_name": "Embree 4.4.0 medium",
         "peer": peer,
@@ -30,7 +30,7 @@ def row(mesh: str, kind: str, ours: float, peer: float) -> dict:
 
 def test_means_are_geometric() -> None:
     rows = [row("a", "primary", 2.0, 1.0), row("b", "primary", 1.0, 8.0), row("b", "any", 4.0, 1.0)]
-    found = {mean["rays"]: mean["final/medium"] for mean in rays.means(rows)}
+    found = {mean["rays"]: mean["ours/medium"] for mean in rays.means(rows)}
     assert found == pytest.approx({"primary": 0.5, "any": 4.0, "all": 1.0})
     assert list(found)[-1] == "all"
 
@@ -39,7 +39,7 @@ def test_modes_stand_side_by_side() -> None:
     (line,) = rays.side_by_side(
         [row("a", "primary", 2.0, 1.0), row("a", "primary", 2.0, 4.0) | {"peer_name": "E 4 high"}]
     )
-    assert (line["final"], line["medium"], line["high"], line["/high"]) == (2.0, 1.0, 4.0, 0.5)
+    assert (line["ours"], line["medium"], line["high"], line["/high"]) == (2.0, 1.0, 4.0, 0.5)
 
 
 @pytest.mark.parametrize(

@@ -135,7 +135,7 @@ def test_rays_stand_beside_both_modes() -> None:
             "mesh": "room",
             "triangles": 1200,
             "rays": kind,
-            "ours_name": "final",
+            "ours_name": "ours",
             "ours": 6.0,
             "peer_name": f"Embree 4.4.0 {mode}",
             "ratio": ratio,
