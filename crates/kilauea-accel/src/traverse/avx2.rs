@@ -5,6 +5,10 @@
 )]
 
 #[cfg(target_arch = "x86_64")]
+mod position;
+#[cfg(target_arch = "x86_64")]
+mod storage;
+#[cfg(target_arch = "x86_64")]
 mod x86;
 #[cfg(target_arch = "x86_64")]
 pub(crate) use x86::Avx2;

@@ -1,28 +1,23 @@
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::{
-    __m128, __m256, __m256d, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _CMP_NEQ_OQ,
-    _MM_HINT_T0, _mm_blend_ps, _mm_cvtsd_f64, _mm_div_ps, _mm_load_ps, _mm_load_si128,
-    _mm_loadl_epi64, _mm_movemask_ps, _mm_mul_ps, _mm_permute_ps, _mm_permutevar_ps, _mm_prefetch,
-    _mm_set1_ps, _mm_setr_ps, _mm_store_ps, _mm_unpackhi_pd, _mm256_add_ps, _mm256_and_ps,
-    _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_broadcast_sd, _mm256_broadcast_ss,
-    _mm256_broadcastss_ps, _mm256_castpd256_pd128, _mm256_castps_si256, _mm256_castsi256_ps,
-    _mm256_cmp_pd, _mm256_cmp_ps, _mm256_cmpgt_epi32, _mm256_cvtepu8_epi32, _mm256_cvtps_pd,
-    _mm256_div_ps, _mm256_extractf128_pd, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps,
-    _mm256_loadu_si256, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_ps,
-    _mm256_movemask_pd, _mm256_movemask_ps, _mm256_mul_pd, _mm256_mul_ps, _mm256_or_ps,
-    _mm256_permute4x64_pd, _mm256_permutevar8x32_epi32, _mm256_set1_ps, _mm256_setzero_pd,
-    _mm256_setzero_ps, _mm256_store_ps, _mm256_store_si256, _mm256_storeu_si256, _mm256_sub_pd,
-    _mm256_sub_ps, _mm256_xor_ps,
+    __m128, __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_blend_ps,
+    _mm_div_ps, _mm_load_ps, _mm_load_si128, _mm_movemask_ps, _mm_mul_ps, _mm_permute_ps,
+    _mm_permutevar_ps, _mm_prefetch, _mm_set1_ps, _mm_store_ps, _mm256_add_ps, _mm256_and_ps,
+    _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_broadcast_ss, _mm256_broadcastss_ps,
+    _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cmpgt_epi32, _mm256_div_ps,
+    _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_max_epi32, _mm256_max_ps,
+    _mm256_min_epi32, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps,
+    _mm256_set1_ps, _mm256_setzero_ps, _mm256_store_ps, _mm256_store_si256, _mm256_sub_ps,
+    _mm256_xor_ps,
 };
-use std::mem::MaybeUninit;
 
-use crate::node::{LeafTriangle, Node8, PairLeaf, STACK_CAPACITY, Tree};
+use super::position::position;
+use super::storage::{Unchecked, UncheckedLinks};
+use crate::node::{Node8, PairLeaf, Tree};
 use crate::ray::{Hit, Ray};
 use crate::traverse::keep::Keep;
 use crate::traverse::kernel::{Candidates, Distances, Kernel, Lanes};
-use crate::traverse::stack::{Entry, Links, Storage};
 use crate::traverse::tree_ray::{SLAB_SLACK, TreeRay};
-use crate::traverse::triangle;
 use crate::traverse::two_level::{self, Scene};
 use kilauea_math::Vec3A;
 
@@ -338,34 +333,10 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
         }
     }
 
-    /// The corners in the lanes of one vector, with the first once more in the last.
     #[inline(always)]
     fn position(self, ray: &TreeRay, leaf: &PairLeaf, lane: usize) -> Option<[f32; 3]> {
-        let triangle = leaf.lane(lane);
-        let [kx, ky, kz] = ray.axes();
         // SAFETY: `self` proves the features.
-        let (weights, along, is_inside) = unsafe {
-            let along = corners_f64(ray, &triangle, kz);
-            let x = sheared_f64(ray, corners_f64(ray, &triangle, kx), along, [kx, kz]);
-            let y = sheared_f64(ray, corners_f64(ray, &triangle, ky), along, [ky, kz]);
-            let weights = _mm256_sub_pd(
-                _mm256_mul_pd(before(x), after(y)),
-                _mm256_mul_pd(before(y), after(x)),
-            );
-            let signs = _mm256_movemask_pd(weights);
-            let nonzero = _mm256_cmp_pd::<_CMP_NEQ_OQ>(weights, _mm256_setzero_pd());
-            // None of the three, or all: no branch, since any ray may see either side.
-            let alike = (signs + 1) & 7 <= 1;
-            (
-                first_three(weights),
-                first_three(_mm256_mul_pd(weights, along)),
-                alike && _mm256_movemask_pd(nonzero) & 7 == 7,
-            )
-        };
-        if !is_inside {
-            return intersect_at_border(leaf, lane, ray);
-        }
-        Some(triangle::weighted_mean(weights, along, ray.dir_f64[kz]))
+        unsafe { position(ray, leaf, lane) }
     }
 
     #[inline(always)]
@@ -471,45 +442,6 @@ unsafe fn cross(ax: __m256, ay: __m256, bx: __m256, by: __m256) -> __m256 {
     unsafe { _mm256_sub_ps(_mm256_mul_ps(ax, by), _mm256_mul_ps(ay, bx)) }
 }
 
-/// A coordinate of the three corners, from the origin.
-///
-/// # Safety
-/// Needs AVX2.
-#[inline(always)]
-unsafe fn corners_f64(ray: &TreeRay, triangle: &LeafTriangle<'_>, axis: usize) -> __m256d {
-    let a = triangle.coordinate(0, axis);
-    let b = triangle.coordinate(1, axis);
-    let c = triangle.coordinate(2, axis);
-    // SAFETY: as the caller promises.
-    unsafe {
-        let origin = _mm256_broadcast_sd(&ray.origin_f64[axis]);
-        _mm256_sub_pd(_mm256_cvtps_pd(_mm_setr_ps(a, b, c, a)), origin)
-    }
-}
-
-/// As in [`triangle::intersect`]: a coordinate of the corners in the plane across the ray, times the
-/// largest component of the direction; `axes` are that coordinate's and the largest one's.
-///
-/// # Safety
-/// Needs AVX2.
-#[inline(always)]
-unsafe fn sheared_f64(
-    ray: &TreeRay,
-    corners: __m256d,
-    along: __m256d,
-    axes: [usize; 2],
-) -> __m256d {
-    // SAFETY: as the caller promises.
-    unsafe {
-        let dir = _mm256_broadcast_sd(&ray.dir_f64[axes[0]]);
-        let dir_largest = _mm256_broadcast_sd(&ray.dir_f64[axes[1]]);
-        _mm256_sub_pd(
-            _mm256_mul_pd(corners, dir_largest),
-            _mm256_mul_pd(dir, along),
-        )
-    }
-}
-
 /// The same lane, by a jump instead of a value: the processor goes on with the one that it predicts,
 /// and what is loaded by its number need not wait.
 #[inline(always)]
@@ -536,125 +468,9 @@ fn opaque(mut lane: usize) -> usize {
     lane & 7
 }
 
-/// The corner before each: c, a, b.
-///
-/// # Safety
-/// Needs AVX2.
-#[inline(always)]
-unsafe fn before(corners: __m256d) -> __m256d {
-    // SAFETY: as the caller promises.
-    unsafe { _mm256_permute4x64_pd::<0b10_01_00_10>(corners) }
-}
-
-/// The corner after each: b, c, a.
-///
-/// # Safety
-/// Needs AVX2.
-#[inline(always)]
-unsafe fn after(corners: __m256d) -> __m256d {
-    // SAFETY: as the caller promises.
-    unsafe { _mm256_permute4x64_pd::<0b01_00_10_01>(corners) }
-}
-
-/// # Safety
-/// Needs AVX2.
-#[inline(always)]
-unsafe fn first_three(x: __m256d) -> [f64; 3] {
-    // SAFETY: as the caller promises.
-    unsafe {
-        let low = _mm256_castpd256_pd128(x);
-        [
-            _mm_cvtsd_f64(low),
-            _mm_cvtsd_f64(_mm_unpackhi_pd(low, low)),
-            _mm_cvtsd_f64(_mm256_extractf128_pd::<1>(x)),
-        ]
-    }
-}
-
-/// A line through an edge or a corner, as far as `f64` can tell.
-#[cold]
-#[inline(never)]
-fn intersect_at_border(leaf: &PairLeaf, lane: usize, ray: &TreeRay) -> Option<[f32; 3]> {
-    triangle::intersect(&leaf.lane(lane), ray)
-}
-
-/// Storage that is neither cleared nor checked.
-pub(crate) struct Unchecked([MaybeUninit<Entry>; STACK_CAPACITY]);
-
-impl Storage for Unchecked {
-    #[inline(always)]
-    fn new() -> Self {
-        Self([const { MaybeUninit::uninit() }; STACK_CAPACITY])
-    }
-
-    #[inline(always)]
-    fn write(&mut self, index: usize, entry: Entry) {
-        debug_assert!(index < STACK_CAPACITY);
-        // SAFETY: builds bound the entries of every walk by the capacity.
-        unsafe { self.0.get_unchecked_mut(index) }.write(entry);
-    }
-
-    #[inline(always)]
-    fn read(&self, index: usize) -> Entry {
-        debug_assert!(index < STACK_CAPACITY);
-        // SAFETY: `Stack` reads below its length alone, where it has written before.
-        unsafe { self.0.get_unchecked(index).assume_init() }
-    }
-}
-
-/// Links that are neither cleared nor checked. Lanes are written eight at a time.
-pub(crate) struct UncheckedLinks([MaybeUninit<u32>; STACK_CAPACITY + 8]);
-
-impl Links for UncheckedLinks {
-    #[inline(always)]
-    fn new() -> Self {
-        Self([const { MaybeUninit::uninit() }; STACK_CAPACITY + 8])
-    }
-
-    #[inline(always)]
-    fn push_lanes(&mut self, len: usize, links: &[u32; 8], mask: u32) -> usize {
-        debug_assert!(len <= STACK_CAPACITY);
-        // SAFETY: the processor has AVX2, since only its kernel makes such a stack; builds bound
-        // the entries of every walk by the capacity, and there is room for eight more.
-        unsafe {
-            let order = &raw const FIRST_LANES[(mask & 255) as usize];
-            let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(order.cast()));
-            let lanes = _mm256_loadu_si256(links.as_ptr().cast());
-            let packed = _mm256_permutevar8x32_epi32(lanes, order);
-            _mm256_storeu_si256(self.0.as_mut_ptr().add(len).cast(), packed);
-        }
-        len + mask.count_ones() as usize
-    }
-
-    #[inline(always)]
-    fn read(&self, index: usize) -> u32 {
-        debug_assert!(index < STACK_CAPACITY);
-        // SAFETY: walks read below their length alone, where they have written before.
-        unsafe { self.0.get_unchecked(index).assume_init() }
-    }
-}
-
 /// By axis: what takes vectors to where it is last, as `_mm_permutevar_ps` reads it. Padded so that no
 /// index needs a check.
 static TURNS: Turns = Turns([[1, 2, 0, 3], [2, 0, 1, 3], [0, 1, 2, 3], [0, 1, 2, 3]]);
 
 #[repr(align(16))]
 struct Turns([[i32; 4]; 4]);
-
-/// By mask: the lanes in it, in order.
-static FIRST_LANES: [[u8; 8]; 256] = {
-    let mut lanes = [[0; 8]; 256];
-    let mut mask = 0;
-    while mask < 256 {
-        let (mut lane, mut n) = (0, 0);
-        while lane < 8 {
-            if mask >> lane & 1 == 1 {
-                lanes[mask][n] = lane as u8;
-                n += 1;
-            }
-            lane += 1;
-        }
-        mask += 1;
-    }
-    lanes
-};
