@@ -9,7 +9,7 @@ use kilauea_scene::{
 };
 use std::sync::Arc;
 
-use crate::{Curves, Mesh, Picture, Points};
+use crate::{Curves, Mesh, Picture, Points, matte, perspective, preview};
 
 /// A scene under construction.
 #[derive(Clone, Debug)]
@@ -77,6 +77,22 @@ impl Stage {
             lights: Vec::new(),
             camera,
         }
+    }
+
+    /// A glossy sphere on a floor, without a light.
+    pub fn sphere_on_floor() -> Self {
+        let mut stage = Self::new(perspective([0.0, 1.2, 3.0], [0.0, 0.4, 0.0], 0.5));
+        stage.materials = vec![
+            matte([0.7, 0.6, 0.5]),
+            preview(&[("diffuseColor", &[0.2, 0.4, 0.8]), ("roughness", &[0.3])]),
+        ];
+        stage.meshes.push(Mesh::floor(2.0));
+        stage.spheres.push(Sphere {
+            center: [0.0, 0.5, 0.0],
+            radius: 0.5,
+            material: 1,
+        });
+        stage
     }
 
     /// Settings that tests start from: 16 by 16 pixels, 64 samples, one thread, the box filter.

@@ -7,8 +7,8 @@ use kilauea_scene::{
     DataWindow, FilterKind, Light, LightShape, RenderSettings, Shading, Visibility,
 };
 use kilauea_tests::{
-    Curves, Mesh, Picture, Placements, Points, Sphere, Stage, black_emitter, glass, light, matte,
-    perspective, preview, rect_light, rel_mse, with_opacity,
+    Curves, Mesh, Picture, Placements, Points, Stage, black_emitter, glass, light, matte, preview,
+    rect_light, rel_mse, with_opacity,
 };
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -74,17 +74,7 @@ fn everything() -> Stage {
 
 /// A glossy sphere on a floor under a rect light.
 fn plain() -> Stage {
-    let mut stage = Stage::new(perspective([0.0, 1.2, 3.0], [0.0, 0.4, 0.0], 0.5));
-    stage.materials = vec![
-        matte([0.7, 0.6, 0.5]),
-        preview(&[("diffuseColor", &[0.2, 0.4, 0.8]), ("roughness", &[0.3])]),
-    ];
-    stage.meshes.push(Mesh::floor(2.0));
-    stage.spheres.push(Sphere {
-        center: [0.0, 0.5, 0.0],
-        radius: 0.5,
-        material: 1,
-    });
+    let mut stage = Stage::sphere_on_floor();
     stage.lights.push(rect_light(1.0, 1.0, 2.0));
     stage
 }

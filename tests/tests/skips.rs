@@ -3,25 +3,13 @@
 use kilauea_math::{DMat4, Spectrum};
 use kilauea_render::{PrepareOptions, PreparedScene, RenderError, RenderJob};
 use kilauea_scene::{Light, LightShape, RenderSettings};
-use kilauea_tests::{
-    Mesh, Picture, Sphere, Stage, black_emitter, light, matte, perspective, preview, rect_light,
-};
+use kilauea_tests::{Mesh, Picture, Stage, black_emitter, light, rect_light};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// A glossy sphere on a floor under some lights.
 fn stage(lights: Vec<Light>) -> Stage {
-    let mut stage = Stage::new(perspective([0.0, 1.2, 3.0], [0.0, 0.4, 0.0], 0.5));
-    stage.materials = vec![
-        matte([0.7, 0.6, 0.5]),
-        preview(&[("diffuseColor", &[0.2, 0.4, 0.8]), ("roughness", &[0.3])]),
-    ];
-    stage.meshes.push(Mesh::floor(2.0));
-    stage.spheres.push(Sphere {
-        center: [0.0, 0.5, 0.0],
-        radius: 0.5,
-        material: 1,
-    });
+    let mut stage = Stage::sphere_on_floor();
     stage.lights = lights;
     stage
 }

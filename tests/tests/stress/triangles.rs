@@ -1,25 +1,13 @@
 //! Triangles that are hardly any, or none.
 
 use kilauea_math::{DAffine3, DVec3};
-use kilauea_tests::{
-    Mesh, Picture, Sphere, Stage, matte, orthographic, perspective, preview, rect_light,
-};
+use kilauea_tests::{Mesh, Picture, Stage, orthographic, rect_light};
 
 use super::white;
 
 /// A glossy sphere on a floor.
 fn sound() -> Stage {
-    let mut stage = Stage::new(perspective([0.0, 1.2, 3.0], [0.0, 0.4, 0.0], 0.5));
-    stage.materials = vec![
-        matte([0.7, 0.6, 0.5]),
-        preview(&[("diffuseColor", &[0.2, 0.4, 0.8]), ("roughness", &[0.3])]),
-    ];
-    stage.meshes.push(Mesh::floor(2.0));
-    stage.spheres.push(Sphere {
-        center: [0.0, 0.5, 0.0],
-        radius: 0.5,
-        material: 1,
-    });
+    let mut stage = Stage::sphere_on_floor();
     stage.lights.push(rect_light(1.0, 1.0, 2.0));
     stage
 }
