@@ -8,15 +8,12 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import json
 import os
 import sys
 import time
-from pathlib import Path
-from typing import Any
 
 from exported import ExportedScene, Raster
-from peak_memory import peak_rss
+from render_command import render_parser, write_stats
 
 # After NumPy: LuxCore replaces the allocator, and NumPy would free what it did not allocate.
 with contextlib.redirect_stdout(sys.stderr):
@@ -31,13 +28,7 @@ POLL_S = 0.01
 
 def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, help="what Scene.export wrote")
-    parser.add_argument("out", type=Path, help="EXR to write, linear float RGB")
-    parser.add_argument("--samples", type=int, help="per pixel, instead of the scene's own")
-    parser.add_argument("--seed", type=int, help="instead of the scene's own")
-    parser.add_argument("--stats", type=Path, help="JSON to write")
-    return parser.parse_args()
+    return render_parser(__doc__).parse_args()
 
 
 def render(session: pyluxcore.RenderSession, pixels: int) -> float:
@@ -81,19 +72,9 @@ def main() -> int:
         str(args.out), pyluxcore.FilmOutputType.RGB, pyluxcore.Properties()
     )
     if args.stats:
-        stats: dict[str, Any] = {
-            "engine": f"LuxCore {pyluxcore.Version()} PATHCPU",
-            "samples_per_pixel": taken,
-            "seed": seed,
-            "width": raster.width,
-            "height": raster.height,
-            "build_s": build_s,
-            "compile_s": compile_s,
-            "render_s": render_s,
-            "peak_rss": peak_rss(),
-            "warnings": [],
-        }
-        args.stats.write_text(json.dumps(stats, indent=1), encoding="utf-8")
+        seconds = {"build_s": build_s, "compile_s": compile_s, "render_s": render_s}
+        engine = f"LuxCore {pyluxcore.Version()} PATHCPU"
+        write_stats(args.stats, engine, raster, taken, seed, seconds)
     return 0
 
 

@@ -8,12 +8,10 @@ here, as Mitsuba's emitters are ordinary surfaces.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 # Dr.Jit needs LLVM 16 or newer and takes the system's; one in this environment goes before.
 for library in sorted(Path(sys.prefix).glob("lib/libLLVM*.so*"))[:1]:
@@ -23,7 +21,7 @@ import drjit as dr  # noqa: E402
 import mitsuba as mi  # noqa: E402
 
 from exported import ExportedScene, Raster  # noqa: E402
-from peak_memory import peak_rss  # noqa: E402
+from render_command import render_parser, write_stats  # noqa: E402
 
 mi.set_variant("llvm_ad_rgb")
 
@@ -36,15 +34,10 @@ SAMPLES_PER_LAUNCH = 1 << 25
 
 def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folder", type=Path, help="what Scene.export wrote")
-    parser.add_argument("out", type=Path, help="EXR to write, linear float RGB")
-    parser.add_argument("--samples", type=int, help="per pixel, instead of the scene's own")
-    parser.add_argument("--seed", type=int, help="instead of the scene's own")
+    parser = render_parser(__doc__)
     parser.add_argument(
         "--sampler", default="independent", choices=("independent", "multijitter", "ldsampler")
     )
-    parser.add_argument("--stats", type=Path, help="JSON to write")
     return parser.parse_args()
 
 
@@ -91,19 +84,9 @@ def main() -> int:
 
     mi.Bitmap(image).write(str(args.out))
     if args.stats:
-        stats: dict[str, Any] = {
-            "engine": f"Mitsuba {mi.__version__} {mi.variant()}",
-            "samples_per_pixel": samples,
-            "seed": seed,
-            "width": raster.width,
-            "height": raster.height,
-            "build_s": build_s,
-            "compile_s": compile_s,
-            "render_s": render_s,
-            "peak_rss": peak_rss(),
-            "warnings": [],
-        }
-        args.stats.write_text(json.dumps(stats, indent=1), encoding="utf-8")
+        seconds = {"build_s": build_s, "compile_s": compile_s, "render_s": render_s}
+        engine = f"Mitsuba {mi.__version__} {mi.variant()}"
+        write_stats(args.stats, engine, raster, samples, seed, seconds)
     return 0
 
 
