@@ -1,8 +1,7 @@
 """Renders an exported scene with Mitsuba: `mitsuba_render.py FOLDER OUT.exr`.
 
 Covers what comparisons of speed and of diffuse transport need; what it does not cover ends it with
-exit code 3 and a list, so that no comparison is made with another scene. Light shapes block light
-here, as Mitsuba's emitters are ordinary surfaces.
+exit code 3 and a list, so that no comparison is made with another scene.
 """
 
 from __future__ import annotations
