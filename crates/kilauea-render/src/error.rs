@@ -1,6 +1,9 @@
 use kilauea_film::{ImageError, UnknownAov};
 use kilauea_scene::SceneError;
 use kilauea_shading::ShaderError;
+use kilauea_spot::RunError;
+
+use crate::integrator::Blame;
 
 /// Why a frame cannot be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -38,4 +41,18 @@ pub enum RenderError {
     /// An engine thread died of a bug.
     #[error("internal error while rendering: {0}")]
     Panic(String),
+}
+
+impl RenderError {
+    /// What a failed run of the engine means, with the shader that is to blame if one is.
+    pub(crate) fn of_run(error: RunError, blame: &Blame) -> Self {
+        let material = blame.material().map(str::to_owned);
+        match (error, material) {
+            (
+                RunError::Panicked { message, .. } | RunError::ThreadPanicked { message, .. },
+                Some(material),
+            ) => Self::ShaderPanicked { material, message },
+            (error, _) => Self::Panic(error.to_string()),
+        }
+    }
 }

@@ -13,7 +13,7 @@ pub(crate) struct Blame {
 }
 
 /// Says that a shader runs, until it is dropped.
-pub(super) struct Shading<'a> {
+pub(crate) struct Shading<'a> {
     blame: &'a Blame,
     geometry: &'a Geometry,
     at: PrimitiveRef,
@@ -22,7 +22,7 @@ pub(super) struct Shading<'a> {
 impl Blame {
     /// The shader at `at` runs from now on.
     #[inline]
-    pub(super) fn shading<'a>(&'a self, geometry: &'a Geometry, at: PrimitiveRef) -> Shading<'a> {
+    pub(crate) fn shading<'a>(&'a self, geometry: &'a Geometry, at: PrimitiveRef) -> Shading<'a> {
         Shading {
             blame: self,
             geometry,
