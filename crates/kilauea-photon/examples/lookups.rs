@@ -30,7 +30,9 @@ fn main() {
         .skip(1)
         .map(|size| size.parse().expect("a number of photons"))
         .collect();
-    println!("photons | build Mphotons/s | bytes a photon | within k/s | within, sorted k/s | nearest k/s | radiance k/s | records | within found");
+    println!(
+        "photons | build Mphotons/s | bytes a photon | within k/s | within, sorted k/s | nearest k/s | radiance k/s | records | within found"
+    );
     for n_photons in sizes {
         report(n_photons);
     }
