@@ -6,18 +6,19 @@
 #![forbid(unsafe_code)]
 
 mod density;
-mod kernel;
 mod map;
 mod merge;
 mod packed;
+pub mod partial;
 mod photon;
 mod progressive;
+mod radiance;
 mod tree;
 
-pub use density::{DensityRule, Irradiance, SurfaceQuery};
-pub use kernel::Kernel;
+pub use density::{DensityRule, Irradiance, Kernel, NearPhoton, RadiusRule, SurfaceQuery};
 pub use map::{PhotonMap, StoredPhoton};
 pub use merge::{EyeSubpath, LightSubpath, Merging};
 pub use photon::{Photon, PhotonClass};
 pub use progressive::ProgressiveRadius;
+pub use radiance::{RadianceCache, RadianceLookups};
 pub use tree::Found;

@@ -97,19 +97,20 @@ impl PhotonMap {
     /// The `k` photons nearest to `p` and at most `max_radius` from it, nearest first; fewer if
     /// there are no more.
     pub fn nearest(&self, p: Vec3, k: NonZeroUsize, max_radius: f32) -> Vec<Found> {
-        self.nearest_where(p, k, max_radius, |_| true)
+        self.nearest_where(p, k, max_radius, |_, _| true)
     }
 
-    /// As [`nearest`](Self::nearest), of the photons that `accept` takes.
+    /// As [`nearest`](Self::nearest), of the photons for which `accept(photon, squared distance)` holds.
     pub fn nearest_where(
         &self,
         p: Vec3,
         k: NonZeroUsize,
         max_radius: f32,
-        accept: impl Fn(StoredPhoton<'_>) -> bool,
+        accept: impl Fn(StoredPhoton<'_>, f32) -> bool,
     ) -> Vec<Found> {
-        self.tree
-            .nearest(p, k.get(), max_radius, |idx| accept(self.photon(idx)))
+        self.tree.nearest(p, k.get(), max_radius, |idx, d_sq| {
+            accept(self.photon(idx), d_sq)
+        })
     }
 }
 

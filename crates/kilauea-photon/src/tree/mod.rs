@@ -51,3 +51,10 @@ impl PointTree {
         &self.nodes[self.level_starts[level] + idx]
     }
 }
+
+/// The square of a radius, below the infinity of missing children.
+#[inline]
+fn bound_sq(radius: f32) -> f32 {
+    let radius = radius.max(0.0);
+    (radius * radius).min(f32::MAX)
+}

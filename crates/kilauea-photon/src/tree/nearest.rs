@@ -2,7 +2,7 @@ use std::collections::BinaryHeap;
 
 use kilauea_math::Vec3;
 
-use super::{PointTree, WIDTH};
+use super::{PointTree, WIDTH, bound_sq};
 
 /// A point that was found, ordered by distance, then by index.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,77 +23,124 @@ impl PartialOrd for Found {
 
 impl Ord for Found {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.d_sq
-            .total_cmp(&other.d_sq)
-            .then(self.idx.cmp(&other.idx))
+        let by_distance = self.d_sq.total_cmp(&other.d_sq);
+        by_distance.then(self.idx.cmp(&other.idx))
     }
 }
 
 impl PointTree {
-    /// The `k` nearest of the points at most `max_radius` from `p` that `accept` takes, nearest
-    /// first.
+    /// The `k` nearest of the points at most `max_radius` from `p` for which `accept(index, squared
+    /// distance)` holds, nearest first.
     pub(crate) fn nearest(
         &self,
         p: Vec3,
         k: usize,
         max_radius: f32,
-        accept: impl Fn(usize) -> bool,
+        accept: impl Fn(usize, f32) -> bool,
     ) -> Vec<Found> {
-        let mut search = Search {
-            tree: self,
-            p,
+        let mut nearest = Nearest {
             k,
-            bound_sq: max_radius * max_radius,
-            accept,
+            bound_sq: bound_sq(max_radius),
             found: BinaryHeap::with_capacity(k.min(self.n_points) + 1),
         };
-        if k > 0 && !self.nodes.is_empty() {
-            search.visit(self.level_starts.len() - 1, 0);
-        }
-        search.found.into_sorted_vec()
+        self.offer_near(p, &mut nearest, &accept);
+        nearest.found.into_sorted_vec()
     }
-}
 
-struct Search<'t, Accept> {
-    tree: &'t PointTree,
-    p: Vec3,
-    k: usize,
-    /// What is farther is not among the nearest.
-    bound_sq: f32,
-    accept: Accept,
-    /// The farthest on top.
-    found: BinaryHeap<Found>,
-}
+    /// The nearest one.
+    #[inline]
+    pub(crate) fn nearest_one(
+        &self,
+        p: Vec3,
+        max_radius: f32,
+        accept: impl Fn(usize, f32) -> bool,
+    ) -> Option<Found> {
+        let mut nearest = NearestOne {
+            bound_sq: bound_sq(max_radius),
+            found: None,
+        };
+        self.offer_near(p, &mut nearest, &accept);
+        nearest.found
+    }
 
-impl<Accept: Fn(usize) -> bool> Search<'_, Accept> {
-    /// Looks into the children of a node, the nearest first.
-    fn visit(&mut self, level: usize, node_idx: usize) {
-        let d_sq = self.tree.node(level, node_idx).distances_sq(self.p);
+    /// Offers all points that could be among the nearest, roughly in ascending order.
+    #[inline]
+    fn offer_near<C: Candidates>(
+        &self,
+        p: Vec3,
+        candidates: &mut C,
+        accept: &impl Fn(usize, f32) -> bool,
+    ) {
+        if !self.blocks.is_empty() && p.is_finite() {
+            self.offer_node(self.level_starts.len() - 1, 0, p, candidates, accept);
+        }
+    }
+
+    fn offer_node<C: Candidates>(
+        &self,
+        level: usize,
+        node_idx: usize,
+        p: Vec3,
+        candidates: &mut C,
+        accept: &impl Fn(usize, f32) -> bool,
+    ) {
+        let d_sq = self.node(level, node_idx).distances_sq(p);
         for lane in lanes_by_distance(&d_sq) {
-            if d_sq[lane] > self.bound_sq || d_sq[lane] == f32::INFINITY {
+            // Children that are missing are infinitely far.
+            if d_sq[lane] > candidates.bound_sq() || d_sq[lane] == f32::INFINITY {
                 return;
             }
             let child = node_idx * WIDTH + lane;
             if level == 0 {
-                self.visit_block(child);
+                self.offer_block(child, p, candidates, accept);
             } else {
-                self.visit(level - 1, child);
+                self.offer_node(level - 1, child, p, candidates, accept);
             }
         }
     }
 
-    fn visit_block(&mut self, block_idx: usize) {
-        let d_sq = self.tree.blocks[block_idx].distances_sq(self.p);
+    #[inline]
+    fn offer_block<C: Candidates>(
+        &self,
+        block_idx: usize,
+        p: Vec3,
+        candidates: &mut C,
+        accept: &impl Fn(usize, f32) -> bool,
+    ) {
+        let d_sq = self.blocks[block_idx].distances_sq(p);
         for (lane, &d_sq) in d_sq.iter().enumerate() {
             let idx = block_idx * WIDTH + lane;
             // False for the NaNs that fill the last block.
-            if d_sq <= self.bound_sq && (self.accept)(idx) {
-                self.keep(Found {
+            if d_sq <= candidates.bound_sq() && accept(idx, d_sq) {
+                candidates.keep(Found {
                     d_sq,
                     idx: idx as u32,
                 });
             }
         }
+    }
+}
+
+/// The nearest points so far.
+trait Candidates {
+    /// What is farther is none of the nearest.
+    fn bound_sq(&self) -> f32;
+
+    /// Takes a point within the bound, if it is one of the nearest.
+    fn keep(&mut self, found: Found);
+}
+
+struct Nearest {
+    k: usize,
+    bound_sq: f32,
+    /// The farthest on top.
+    found: BinaryHeap<Found>,
+}
+
+impl Candidates for Nearest {
+    #[inline]
+    fn bound_sq(&self) -> f32 {
+        self.bound_sq
     }
 
     fn keep(&mut self, found: Found) {
@@ -103,6 +150,26 @@ impl<Accept: Fn(usize) -> bool> Search<'_, Accept> {
         }
         if self.found.len() == self.k {
             self.bound_sq = self.found.peek().map_or(0.0, |farthest| farthest.d_sq);
+        }
+    }
+}
+
+struct NearestOne {
+    bound_sq: f32,
+    found: Option<Found>,
+}
+
+impl Candidates for NearestOne {
+    #[inline]
+    fn bound_sq(&self) -> f32 {
+        self.bound_sq
+    }
+
+    #[inline]
+    fn keep(&mut self, found: Found) {
+        if self.found.is_none_or(|nearest| found < nearest) {
+            self.bound_sq = found.d_sq;
+            self.found = Some(found);
         }
     }
 }

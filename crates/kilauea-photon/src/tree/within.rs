@@ -1,13 +1,13 @@
 use kilauea_math::Vec3;
 
-use super::{MAX_LEVELS, PointTree, WIDTH};
+use super::{MAX_LEVELS, PointTree, WIDTH, bound_sq};
 
 impl PointTree {
     /// Calls `visit(index, squared distance)` for all points at most `radius` from `p`, in
     /// ascending order of their indices.
     #[inline]
     pub(crate) fn for_each_within(&self, p: Vec3, radius: f32, mut visit: impl FnMut(usize, f32)) {
-        let radius_sq = radius * radius;
+        let radius_sq = bound_sq(radius);
         self.for_each_block_within(p, radius_sq, |block_idx| {
             let d_sq = self.blocks[block_idx].distances_sq(p);
             for lane in lanes(within(&d_sq, radius_sq)) {
@@ -22,7 +22,7 @@ impl PointTree {
     /// level the children that are still to come.
     #[inline]
     fn for_each_block_within(&self, p: Vec3, radius_sq: f32, mut visit: impl FnMut(usize)) {
-        if self.nodes.is_empty() {
+        if self.blocks.is_empty() || !p.is_finite() {
             return;
         }
         let top = self.level_starts.len() - 1;
