@@ -208,7 +208,8 @@ fn surfaces_hidden_from_rays_are_hidden_from_photons() {
             .lights
             .push(light(distant, facing_down(0.0, 0.0, 0.0)));
         let traced = trace(&stage, 4_000);
-        let (above, below): (Vec<_>, Vec<_>) = traced.photons.iter().partition(|p| p.p.y > 0.5);
+        // The origin of engine space is between floor and screen.
+        let (above, below): (Vec<_>, Vec<_>) = traced.photons.iter().partition(|p| p.p.y > 0.0);
         [power(above), power(below)].map(|power| power / 16.0)
     };
     for (visibility, [above, below]) in [
@@ -288,8 +289,10 @@ fn moving_surfaces_keep_photons_where_they_are_met() {
     stage
         .lights
         .push(light(distant, facing_down(0.0, 0.0, 0.0)));
-    let traced = trace(&stage, 1_000);
-    let heights = traced.photons.iter().map(|p| f64::from(p.p.y));
+    let prepared = prepare(&stage);
+    let traced = trace_photons(&prepared, &request(1_000)).expect("nothing fails");
+    let origin = prepared.scene.origin_world;
+    let heights = traced.photons.iter().map(|p| f64::from(p.p.y) + origin.y);
     let mean = heights.sum::<f64>() / traced.photons.len() as f64;
     check_near(mean, 0.5, 0.02, "height");
 }

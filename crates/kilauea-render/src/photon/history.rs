@@ -1,21 +1,6 @@
-//! A path of light on its way from surface to surface.
-
-use kilauea_accel::Ray;
-use kilauea_math::Spectrum;
 use kilauea_photon::{LightSubpath, PhotonClass};
 
-/// What a path of light knows of its past.
-#[derive(Clone, Copy)]
-pub(super) struct LightPath<M> {
-    /// From where the path scattered last; what lies before `t_min` is passed already.
-    pub(super) ray: Ray,
-    /// Watts, divided by the number of paths.
-    pub(super) power: Spectrum,
-    pub(super) media: M,
-    pub(super) history: History,
-}
-
-/// Over what kinds of surfaces a path has come.
+/// Over what kinds of surfaces light has come.
 #[derive(Clone, Copy)]
 pub(super) enum History {
     /// Over none: L.
@@ -46,7 +31,7 @@ impl History {
         }
     }
 
-    /// Whether no surface was met before the one where the path is.
+    /// Whether no surface was met before this one.
     pub(super) fn is_straight(self) -> bool {
         matches!(self, Self::Straight(_))
     }
