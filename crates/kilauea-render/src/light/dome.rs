@@ -111,6 +111,11 @@ impl DomeLight {
         (self.radiance_of(local, textures), pdf)
     }
 
+    /// Bytes of what directions are chosen by.
+    pub(super) fn n_bytes(&self) -> usize {
+        self.picture.as_ref().map_or(0, |(_, d)| d.n_bytes())
+    }
+
     /// Mean radiance over the sphere.
     pub(super) fn mean_radiance(&self) -> Spectrum {
         self.mean
