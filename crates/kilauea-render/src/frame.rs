@@ -13,8 +13,8 @@ use crate::RenderError;
 use crate::camera::RayGenerator;
 use crate::conditions::Conditions;
 use crate::integrator::{
-    Air, Blame, Faults, Media, MediumStack, PathIntegrator, RayCounts, RayTracer, Unwatched,
-    media_around,
+    Air, Blame, Faults, Media, MediumStack, PathIntegrator, RayCone, RayCounts, RayTracer,
+    Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
@@ -108,7 +108,7 @@ impl Frame {
                 lights: &prepared.lights,
                 textures: &prepared.textures,
                 max_depth: self.settings.max_depth,
-                samples_per_pixel: self.settings.samples_per_pixel,
+                camera_cone: RayCone::of_camera_ray(&self.camera, self.settings.samples_per_pixel),
                 needs: self.needs,
                 camera_media,
                 blame: &self.blame,
@@ -170,7 +170,9 @@ impl Frame {
 
     /// What a failed run means for the frame; nothing if it was told to stop.
     fn render_error(&self, error: RunError) -> Option<RenderError> {
-        let material = self.blame.material().map(str::to_owned);
+        let geometry = &self.prepared.geometry;
+        let blamed = self.blame.surface();
+        let material = blamed.map(|at| geometry.material_path(at).to_owned());
         match (error, material) {
             (RunError::Cancelled, _) => None,
             (

@@ -15,7 +15,7 @@ use crate::sampler::{Purpose, Sampler};
 
 /// A path on its way.
 #[derive(Clone, Copy)]
-pub(super) struct Path<M> {
+pub(crate) struct Path<M> {
     /// From where the path scattered last; what lies before `t_min` is passed already.
     pub(super) ray: Ray,
     pub(super) cone: RayCone,
