@@ -108,7 +108,8 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
     /// What rays meet is asked of `cx`; all else is done here. A shader ends before the path that
     /// it asked for: each turn of the loop is the rest of the shade before.
     ///
-    /// Not an `async fn`, which would keep each argument in two places while it waits.
+    /// The first question is sent at once. Not an `async fn`, which would keep each argument in two
+    /// places while it waits.
     #[inline]
     pub(crate) fn trace<P, C>(
         &self,
@@ -121,14 +122,13 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
         P: Program<Question = Question, Answer = Answer>,
         C: Context<P>,
     {
+        self.watch.see(Step::CameraRay, 0, None, || {
+            path.ray.origin.is_finite() && path.ray.dir.is_finite()
+        });
+        counts.camera += 1;
+        let mut next = Some(cx.ask(Question::closest::<CUTOUTS>(&path.ray, sampler, 0)));
         async move {
             let mut out = PixelSample::default();
-            self.watch.see(Step::CameraRay, 0, None, || {
-                path.ray.origin.is_finite() && path.ray.dir.is_finite()
-            });
-            counts.camera += 1;
-            let mut next = Some(cx.ask(Question::closest::<CUTOUTS>(&path.ray, sampler, 0)));
-
             let mut depth = 0;
             while let Some(asked) = &mut next {
                 let hit = asked.await.hit();
