@@ -8,6 +8,7 @@
 mod density;
 mod map;
 mod merge;
+mod morton;
 mod packed;
 pub mod partial;
 mod photon;
