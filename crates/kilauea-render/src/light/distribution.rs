@@ -144,7 +144,9 @@ mod tests {
         push_cumulative(weights, &mut cumulative);
         let mut guide = Vec::new();
         push_guide(&cumulative, &mut guide);
-        let ends = cumulative.iter().flat_map(|&c| [c.next_down(), c, c.next_up()]);
+        let ends = cumulative
+            .iter()
+            .flat_map(|&c| [c.next_down(), c, c.next_up()]);
         let between = (0..1000_u16).map(|i| f32::from(i) / 1000.0);
         for u in ends.chain(between).filter(|u| (0.0..1.0).contains(u)) {
             let all = cumulative.partition_point(|&c| c <= u).clamp(1, 100) - 1;
