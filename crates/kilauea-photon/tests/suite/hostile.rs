@@ -115,6 +115,17 @@ fn a_thousand_photons_at_one_place() {
     let nearest = map.nearest(query.p, count(10), 1.0);
     let indices: Vec<u32> = nearest.iter().map(|found| found.idx).collect();
     assert_eq!(indices, (0..10).collect::<Vec<u32>>());
+
+    let rule = DensityRule::default();
+    let by_radius = map.irradiance(&query, 0.5, &rule);
+    assert_eq!(by_radius.n_photons, n_photons);
+    // Discs without area.
+    for found in [
+        map.irradiance(&query, 0.0, &rule),
+        map.irradiance_by_nearest(&query, count(10), 1.0, &rule),
+    ] {
+        assert!(found.n_photons > 0 && found.value.is_black(), "{found:?}");
+    }
 }
 
 #[test]
