@@ -138,6 +138,15 @@ fn queries_from_nowhere_find_nothing() {
             assert!(map.nearest(query.p, count(5), radius).is_empty());
         }
     }
+    let inside = SurfaceQuery {
+        p: Vec3::splat(0.5),
+        n: Vec3::Z,
+    };
+    let found = map.irradiances(&[NAN, inside, INFINITE, FAR], 0.5, &rule);
+    let n_photons: Vec<u32> = found.iter().map(|found| found.n_photons).collect();
+    let expected = map.irradiance(&inside, 0.5, &rule).n_photons;
+    assert!(expected > 0);
+    assert_eq!(n_photons, [0, expected, 0, 0]);
 }
 
 #[test]
