@@ -24,6 +24,10 @@ pub struct PhotonMap {
 
 impl PhotonMap {
     /// A map of all valid photons. The others are counted.
+    ///
+    /// # Panics
+    ///
+    /// If there are 2³² photons or more.
     pub fn build(photons: &[Photon]) -> Self {
         let valid: Vec<&Photon> = photons.par_iter().filter(|p| p.is_valid()).collect();
         let (tree, order) = PointTree::build(valid.len(), |i| valid[i].p, |i| valid[i].key());
