@@ -77,14 +77,14 @@ macro_rules! shaders {
 
             /// See [`kilauea_shading::SurfaceShader::shade`].
             #[inline]
-            pub async fn shade(
+            pub fn shade<S: kilauea_shading::Shade>(
                 &self,
-                cx: impl kilauea_shading::Shade,
-            ) -> kilauea_shading::Scattered {
+                cx: S,
+            ) -> impl Future<Output = kilauea_shading::Scattered> {
                 match &self.kind {
-                    $(Kind::$shader(s) => {
-                        kilauea_shading::SurfaceShader::shade(&**s, cx).await
-                    })+
+                    $(Kind::$shader(s) => ShadeOf::$shader {
+                        shade: kilauea_shading::SurfaceShader::shade(&**s, cx),
+                    },)+
                 }
             }
 
@@ -149,6 +149,29 @@ macro_rules! shaders {
                     $(Kind::$shader(s) => {
                         kilauea_shading::SurfaceShader::mean_emission(&**s, textures)
                     })+
+                }
+            }
+        }
+
+        pin_project_lite::pin_project! {
+            /// The shade of one of the shaders. Each has a future of its own type, here called as
+            /// the shader.
+            #[project = ShadeOfProjection]
+            enum ShadeOf<$($shader),+> {
+                $($shader { #[pin] shade: $shader },)+
+            }
+        }
+
+        impl<Output, $($shader: Future<Output = Output>),+> Future for ShadeOf<$($shader),+> {
+            type Output = Output;
+
+            #[inline]
+            fn poll(
+                self: std::pin::Pin<&mut Self>,
+                task: &mut std::task::Context<'_>,
+            ) -> std::task::Poll<Output> {
+                match self.project() {
+                    $(ShadeOfProjection::$shader { shade } => shade.poll(task),)+
                 }
             }
         }

@@ -35,7 +35,7 @@ struct State {
 
 impl State {
     /// Resolves once the answers are there.
-    fn answer(&self, light: Scattered) -> impl Future<Output = Scattered> {
+    fn answer(&self, light: Scattered) -> impl Future<Output = Scattered> + Unpin {
         poll_fn(move |_| {
             let all_asked = self.asked_direct.get() && self.asked_indirect.get();
             assert!(all_asked, "waits before all is asked");
@@ -53,7 +53,10 @@ impl<'a> Shade for Slow<'a> {
         &self.surface
     }
 
-    fn direct_light(&mut self, bsdf: &SeenBsdf) -> impl Future<Output = Scattered> + use<'a> {
+    fn direct_light(
+        &mut self,
+        bsdf: &SeenBsdf,
+    ) -> impl Future<Output = Scattered> + Unpin + use<'a> {
         self.state.asked_direct.set(true);
         self.state.answer(Scattered {
             diffuse: bsdf.albedo() * 0.5,
@@ -61,7 +64,7 @@ impl<'a> Shade for Slow<'a> {
         })
     }
 
-    fn indirect(self, _: &SeenBsdf) -> impl Future<Output = Scattered> + use<'a> {
+    fn indirect(self, _: &SeenBsdf) -> impl Future<Output = Scattered> + Unpin + use<'a> {
         self.state.asked_indirect.set(true);
         self.state.answer(Scattered::BY_PATH)
     }

@@ -122,7 +122,8 @@ impl Bsdf {
     }
 
     /// The BSDF for one `wo`, with all that does not depend on `wi` computed once.
-    #[inline]
+    // So that a shader which makes but one kind of lobes asks for no other.
+    #[inline(always)]
     pub fn seen_from(&self, wo: Vec3) -> SeenBsdf {
         let side = Side::of(&self.frame, self.ng, wo);
         SeenBsdf {

@@ -10,7 +10,7 @@ pub(crate) struct Lambert {
 }
 
 impl Lambert {
-    #[inline]
+    #[inline(always)]
     pub(crate) fn eval(&self, side: &Side, wi: Vec3) -> BsdfEval {
         side.reflected_cos(wi).map_or(BsdfEval::ZERO, |cos_i| {
             let pdf = cos_i * INV_PI;
@@ -22,7 +22,7 @@ impl Lambert {
         })
     }
 
-    #[inline]
+    #[inline(always)]
     pub(crate) fn sample(&self, side: &Side, u: [f32; 3]) -> Option<BsdfSample> {
         if self.albedo.is_black() {
             return None;

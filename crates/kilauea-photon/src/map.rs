@@ -24,19 +24,22 @@ pub struct PhotonMap {
 
 impl PhotonMap {
     /// A map of all valid photons. The others are counted.
+    ///
+    /// # Panics
+    ///
+    /// If there are 2³² photons or more.
     pub fn build(photons: &[Photon]) -> Self {
         let valid: Vec<&Photon> = photons.par_iter().filter(|p| p.is_valid()).collect();
         let (tree, order) = PointTree::build(valid.len(), |i| valid[i].p, |i| valid[i].key());
         let ordered = || order.par_iter().map(|&i| valid[i as usize]);
 
-        let power_scale = PowerScale::up_to(
-            ordered()
-                .map(|photon| photon.power.max_channel())
-                .reduce(|| 0.0, f32::max),
-        );
+        let max_channel = valid.par_iter().map(|photon| photon.power.max_channel());
+        let power_scale = PowerScale::up_to(max_channel.reduce(|| 0.0, f32::max));
         let lights = LightTable::new(valid.iter().map(|photon| photon.light_idx));
+        let has_caustic = valid
+            .par_iter()
+            .any(|photon| photon.class != PhotonClass::Global);
         let packed = ordered().map(|photon| PackedPhoton::new(photon, &power_scale, &lights));
-        let has_caustic = ordered().any(|photon| photon.class != PhotonClass::Global);
         Self {
             photons: packed.collect(),
             d_eye: if has_caustic {

@@ -3,6 +3,7 @@ use kilauea_scene::SceneError;
 use kilauea_shading::ShaderError;
 use kilauea_spot::RunError;
 
+use crate::geometry::Geometry;
 use crate::integrator::Blame;
 
 /// Why a frame cannot be rendered.
@@ -45,8 +46,10 @@ pub enum RenderError {
 
 impl RenderError {
     /// What a failed run of the engine means, with the shader that is to blame if one is.
-    pub(crate) fn of_run(error: RunError, blame: &Blame) -> Self {
-        let material = blame.material().map(str::to_owned);
+    pub(crate) fn of_run(error: RunError, blame: &Blame, geometry: &Geometry) -> Self {
+        let material = blame
+            .surface()
+            .map(|at| geometry.material_path(at).to_owned());
         match (error, material) {
             (
                 RunError::Panicked { message, .. } | RunError::ThreadPanicked { message, .. },

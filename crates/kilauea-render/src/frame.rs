@@ -13,8 +13,8 @@ use crate::RenderError;
 use crate::camera::RayGenerator;
 use crate::conditions::Conditions;
 use crate::integrator::{
-    Air, Blame, Faults, Media, MediumStack, PathIntegrator, RayCounts, RayTracer, Unwatched,
-    media_around,
+    Air, Blame, Faults, Media, MediumStack, PathIntegrator, RayCone, RayCounts, RayTracer,
+    Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
@@ -77,8 +77,10 @@ impl Frame {
         };
         let mut outcome = self.lock_outcome();
         if let Err(error) = result {
-            outcome.error =
-                (error != RunError::Cancelled).then(|| RenderError::of_run(error, &self.blame));
+            let geometry = &self.prepared.geometry;
+            // A frame that was told to stop has not failed.
+            outcome.error = (error != RunError::Cancelled)
+                .then(|| RenderError::of_run(error, &self.blame, geometry));
         }
         outcome.render_secs = self.start.elapsed().as_secs_f64();
         outcome.has_ended = true;
@@ -109,7 +111,7 @@ impl Frame {
                 lights: &prepared.lights,
                 textures: &prepared.textures,
                 max_depth: self.settings.max_depth,
-                samples_per_pixel: self.settings.samples_per_pixel,
+                camera_cone: RayCone::of_camera_ray(&self.camera, self.settings.samples_per_pixel),
                 needs: self.needs,
                 camera_media,
                 blame: &self.blame,

@@ -66,14 +66,14 @@ fn sample_tile<const CUTOUTS: bool, M: Media>(
         }
         let pixel = sampler.pixel(run.tile, pixel_idx);
         for sample_idx in frame.passes.samples(run.pass) {
-            let start = sampler.start(&pixel, sample_idx);
+            let (ray, start) = sampler.start(&pixel, sample_idx);
             let cx = Answered(tracer);
+            let path = integrator.start(ray);
             let counts = &mut sampled.counts;
-            let path = integrator.trace(&start.ray, &frame.camera, &start.sampler, counts, &cx);
-            let mut sample = in_place(path);
+            let mut sample = in_place(integrator.trace(path, &start.sampler, counts, &cx));
             sampler.finish(&start, &mut sample);
             if !tile.add(pixel_idx as usize, &sample) {
-                in_place(sampler.note_fault(&pixel, &start, &cx));
+                in_place(sampler.note_fault(&pixel, sample_idx, &cx));
             }
         }
         sampled.n_pixels += 1;
@@ -111,6 +111,8 @@ impl<const CUTOUTS: bool> Clone for Answered<'_, CUTOUTS> {
 }
 
 impl<const CUTOUTS: bool> Context<NoSpots> for Answered<'_, CUTOUTS> {
+    const WAITS: bool = false;
+
     type Reply = Ready<Answer>;
     type Child = Pending<Infallible>;
 

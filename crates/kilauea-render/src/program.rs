@@ -53,33 +53,38 @@ impl<const CUTOUTS: bool, M: Media> PixelProgram<'_, CUTOUTS, M> {
     /// Not an `async fn`, which would keep each argument in two places while it waits.
     fn sample_pixels<C: Context<Self>>(
         &self,
-        run: PixelRun,
+        mut run: PixelRun,
         cx: C,
     ) -> impl Future<Output = Sampled> {
-        let PixelSampler { frame, integrator } = &self.sampler;
         let mut sampled = Sampled::default();
         async move {
+            let PixelSampler { frame, integrator } = &self.sampler;
             // Others may wait for these pixels.
             let _stop = StopOnPanic(frame);
-            for pixel_idx in run.pixels {
+            let film = &frame.film;
+            // Code that waits must not keep others from the tile.
+            let mut held_tile = (!C::WAITS).then(|| film.tile(run.tile as usize));
+            for pixel_idx in run.pixels.by_ref() {
                 if frame.is_over() {
                     break;
                 }
                 let pixel = self.sampler.pixel(run.tile, pixel_idx);
                 for sample_idx in frame.passes.samples(run.pass) {
-                    let start = self.sampler.start(&pixel, sample_idx);
-                    let counts = &mut sampled.counts;
-                    let mut sample = integrator
-                        .trace(&start.ray, &frame.camera, &start.sampler, counts, &cx)
-                        .await;
-                    self.sampler.finish(&start, &mut sample);
-                    let is_finite = frame
-                        .film
-                        .tile(run.tile as usize)
-                        .add(pixel_idx as usize, &sample);
+                    let (ray, start) = self.sampler.start(&pixel, sample_idx);
+                    let pixel_idx = pixel_idx as usize;
+                    let is_finite = {
+                        let path = integrator.start(ray);
+                        let counts = &mut sampled.counts;
+                        let mut sample = integrator.trace(path, &start.sampler, counts, &cx).await;
+                        self.sampler.finish(&start, &mut sample);
+                        match &mut held_tile {
+                            Some(tile) => tile.add(pixel_idx, &sample),
+                            None => film.tile(run.tile as usize).add(pixel_idx, &sample),
+                        }
+                    };
                     if !is_finite {
                         // In a box, as room for it would be in the state of every path.
-                        Box::pin(self.sampler.note_fault(&pixel, &start, &cx)).await;
+                        Box::pin(self.sampler.note_fault(&pixel, sample_idx, &cx)).await;
                     }
                 }
                 sampled.n_pixels += 1;

@@ -133,7 +133,8 @@ impl<'a> PixelSequence<'a> {
 
 impl Sampler<'_> {
     /// Two numbers, each in [0, 1).
-    #[inline]
+    // Which dimension it is, is known where it is called.
+    #[inline(always)]
     pub(crate) fn pair(&self, purpose: Purpose) -> Vec2 {
         let keys = match purpose {
             Purpose::Time => &self.tables.time,

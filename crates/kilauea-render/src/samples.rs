@@ -1,10 +1,10 @@
 //! A sample of a pixel: which ray it follows, and what becomes of the light that comes back.
 
+use kilauea_accel::Ray;
 use kilauea_film::PixelSample;
 use kilauea_math::Vec2;
 use kilauea_spot::{Context, Program};
 
-use crate::camera::CameraRay;
 use crate::frame::Frame;
 use crate::integrator::{
     Answer, Fault, FirstFault, Media, PathIntegrator, Question, RayCounts, SampleId, Step,
@@ -25,11 +25,11 @@ pub(crate) struct SampledPixel<'f> {
     sequence: PixelSequence<'f>,
 }
 
-/// Where a sample begins.
+/// What is known of a sample besides its ray.
 pub(crate) struct SampleStart<'f> {
-    pub(crate) ray: CameraRay,
     pub(crate) sampler: Sampler<'f>,
-    sample_idx: u32,
+    /// Distance along the ray per unit of depth along the view axis.
+    distance_per_depth: f32,
     /// Squared distance from the center of the pixel.
     offset_sq: f32,
 }
@@ -44,9 +44,13 @@ impl<const CUTOUTS: bool, M: Media> PixelSampler<'_, CUTOUTS, M> {
         }
     }
 
-    /// Begins a sample.
+    /// Begins a sample: its ray, and the rest.
     #[inline]
-    pub(crate) fn start<'s>(&self, pixel: &SampledPixel<'s>, sample_idx: u32) -> SampleStart<'s> {
+    pub(crate) fn start<'s>(
+        &self,
+        pixel: &SampledPixel<'s>,
+        sample_idx: u32,
+    ) -> (Ray, SampleStart<'s>) {
         let frame = self.frame;
         let sampler = pixel.sequence.sampler(sample_idx);
         let offset = frame.filter.sample(sampler.pair(Purpose::Filter));
@@ -62,18 +66,22 @@ impl<const CUTOUTS: bool, M: Media> PixelSampler<'_, CUTOUTS, M> {
         };
         let [x, y] = pixel.position;
         let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-        SampleStart {
-            ray: frame.camera.ray(center + offset, lens, time),
+        let camera_ray = frame.camera.ray(center + offset, lens, time);
+        let start = SampleStart {
             sampler,
-            sample_idx,
+            distance_per_depth: camera_ray.distance_per_depth,
             offset_sq: offset.length_squared(),
-        }
+        };
+        (camera_ray.ray, start)
     }
 
     /// Completes what the integrator found.
     #[inline]
     pub(crate) fn finish(&self, start: &SampleStart<'_>, sample: &mut PixelSample) {
         sample.offset_sq = start.offset_sq;
+        if sample.z < f32::INFINITY {
+            sample.z /= start.distance_per_depth;
+        }
         let exposure = self.frame.prepared.scene.camera.exposure_scale;
         if exposure != 1.0 {
             sample.expose(exposure);
@@ -83,26 +91,18 @@ impl<const CUTOUTS: bool, M: Media> PixelSampler<'_, CUTOUTS, M> {
     /// Follows a sample again whose light was not finite, to see where that began. Its rays are not
     /// counted.
     #[cold]
-    pub(crate) async fn note_fault<P, C>(
-        &self,
-        pixel: &SampledPixel<'_>,
-        start: &SampleStart<'_>,
-        cx: &C,
-    ) where
+    pub(crate) async fn note_fault<P, C>(&self, pixel: &SampledPixel<'_>, sample_idx: u32, cx: &C)
+    where
         P: Program<Question = Question, Answer = Answer>,
         C: Context<P>,
     {
         let first = FirstFault::default();
         let mut counts = RayCounts::default();
-        self.integrator
-            .watched_by(&first)
-            .trace(
-                &start.ray,
-                &self.frame.camera,
-                &start.sampler,
-                &mut counts,
-                cx,
-            )
+        let integrator = self.integrator.watched_by(&first);
+        let (ray, start) = self.start(pixel, sample_idx);
+        let path = integrator.start(ray);
+        integrator
+            .trace(path, &start.sampler, &mut counts, cx)
             .await;
         let fault = first.get().unwrap_or(Fault {
             step: Step::Exposure,
@@ -112,7 +112,7 @@ impl<const CUTOUTS: bool, M: Media> PixelSampler<'_, CUTOUTS, M> {
         let id = SampleId {
             row: pixel.position[1],
             column: pixel.position[0],
-            sample: start.sample_idx,
+            sample: sample_idx,
         };
         self.frame.lock_outcome().faults.add(id, fault);
     }

@@ -16,6 +16,7 @@ pub mod prelude;
 mod primvar;
 mod shade;
 mod shader;
+mod sum;
 mod surface;
 #[cfg(test)]
 mod testing;

@@ -13,10 +13,13 @@ pub trait Shade {
     fn surface(&self) -> &Surface<'_>;
 
     /// Asks for the light that comes straight from the lights.
-    fn direct_light(&mut self, bsdf: &SeenBsdf) -> impl Future<Output = Scattered> + use<Self>;
+    fn direct_light(
+        &mut self,
+        bsdf: &SeenBsdf,
+    ) -> impl Future<Output = Scattered> + Unpin + use<Self>;
 
     /// Asks for all other light. It comes along one path, which goes on from here but once.
-    fn indirect(self, bsdf: &SeenBsdf) -> impl Future<Output = Scattered> + use<Self>;
+    fn indirect(self, bsdf: &SeenBsdf) -> impl Future<Output = Scattered> + Unpin + use<Self>;
 }
 
 /// Light that a surface scatters toward the viewer.

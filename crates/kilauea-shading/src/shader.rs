@@ -1,6 +1,7 @@
 use kilauea_bsdf::Bsdf;
 use kilauea_math::Spectrum;
 
+use crate::sum::Sum;
 use crate::{Declaration, Medium, Scattered, Shade, ShaderInputs, Surface, TextureStore};
 
 /// A surface shader: turns its inputs at a point into scattering, emission and presence.
@@ -19,16 +20,15 @@ pub trait SurfaceShader: Send + Sync + Sized {
 
     /// Light scattered toward `surface.wo`, as in a ray tracer that has everything at hand: what is
     /// awaited may be answered on the spot or by another machine.
-    #[expect(
-        async_fn_in_trait,
-        reason = "a shade never leaves the thread that started it"
-    )]
-    async fn shade(&self, mut cx: impl Shade) -> Scattered {
+    ///
+    /// A shader of its own mind writes an `async fn` that ends in `direct.await + indirect.await`.
+    /// This one is the same and keeps less while it waits.
+    fn shade(&self, mut cx: impl Shade) -> impl Future<Output = Scattered> {
         let surface = cx.surface();
         let bsdf = self.bsdf(surface).seen_from(surface.wo);
         let direct = cx.direct_light(&bsdf); // ask first ...
         let indirect = cx.indirect(&bsdf);
-        direct.await + indirect.await // ... read later
+        Sum::new(direct, indirect) // ... read later
     }
 
     /// Radiance emitted toward `surface.wo`.

@@ -54,6 +54,8 @@ impl<P, A> Clone for Inline<'_, P, A> {
 impl<P, A> Copy for Inline<'_, P, A> {}
 
 impl<P: Program, A: Answerer<P>> Context<P> for Inline<'_, P, A> {
+    const WAITS: bool = false;
+
     type Reply = Ready<P::Answer>;
     type Child = Ready<P::Output>;
 

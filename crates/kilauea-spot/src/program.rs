@@ -30,6 +30,10 @@ pub trait Program: Sync + Sized {
 /// Both calls send at once, not when their future is first polled: ask first, await later.
 /// Dropping a future unread gives its slot back; a child goes on to its end all the same.
 pub trait Context<P: Program>: Clone {
+    /// Whether what it hands out may be pending when it is awaited. Where not, code may hold locks
+    /// meanwhile.
+    const WAITS: bool;
+
     /// Resolves to the answer. It may be awaited where it is, through `&mut`: a SPOT's future keeps
     /// what is moved to be awaited in two places.
     type Reply: Future<Output = P::Answer> + Unpin;

@@ -126,6 +126,8 @@ impl<P: Program> Clone for QueuedContext<P> {
 }
 
 impl<P: Program> Context<P> for QueuedContext<P> {
+    const WAITS: bool = true;
+
     type Reply = Reply<P>;
     type Child = ChildOutput<P>;
 

@@ -3,7 +3,7 @@ use rayon::prelude::*;
 
 use super::{DensityRule, Irradiance, SurfaceQuery};
 use crate::PhotonMap;
-use crate::tree::MortonGrid;
+use crate::morton::MortonGrid;
 
 /// Queries that one thread takes at a time.
 const QUERIES_PER_TASK: usize = 256;

@@ -12,9 +12,13 @@ pub enum Kernel {
 
 impl Kernel {
     /// The weight in 1/m² of a photon at the squared distance `d_sq` of a disc's centre. It
-    /// integrates to one over the disc.
+    /// integrates to one over the disc; a disc without area has none, so that many photons at one
+    /// place are not infinitely bright.
     #[inline]
     pub fn weight(self, d_sq: f32, radius_sq: f32) -> f32 {
+        if radius_sq < f32::MIN_POSITIVE {
+            return 0.0;
+        }
         let per_area = 1.0 / (PI * radius_sq);
         match self {
             Self::Constant => per_area,

@@ -31,11 +31,13 @@ pub fn published<P: PartialMap>(
             .map_or(max_radius * max_radius, |farthest| farthest.d_sq);
         n_photons += near.len() as u32;
     }
-    if n_photons == 0 {
-        return Irradiance::default();
-    }
+    let per_area = if sum_radius_sq > 0.0 {
+        parts.len() as f32 / (PI * sum_radius_sq)
+    } else {
+        0.0
+    };
     Irradiance {
-        value: power * (parts.len() as f32 / (PI * sum_radius_sq)),
+        value: power * per_area,
         n_photons,
     }
 }

@@ -1,22 +1,33 @@
 use kilauea_math::{Bounds3, Vec3};
 use rayon::prelude::*;
 
-use super::{MortonGrid, Node, PointBlock, PointTree, WIDTH};
+use super::order::{Entry, order_by_halves};
+use super::{Node, PointBlock, PointTree, WIDTH};
 
 impl PointTree {
     /// A tree over points, and the order in which it holds them: at place `i` lies the point that
-    /// was number `order[i]`. Points in one cell of the curve are ordered by `key`, so that the
-    /// tree does not depend on the order in which they come.
+    /// was number `order[i]`. Points are told apart by `key`, so that the tree does not depend on
+    /// the order in which they come.
+    ///
+    /// # Panics
+    ///
+    /// If there are 2³² points or more.
     pub(crate) fn build(
         n_points: usize,
         point: impl Fn(usize) -> Vec3 + Sync,
         key: impl Fn(usize) -> u64 + Sync,
     ) -> (Self, Vec<u32>) {
         assert!(u32::try_from(n_points).is_ok(), "{n_points} points");
-        let order = curve_order(n_points, &point, key);
-        let blocks: Vec<PointBlock> = order
+        let entry = |i: usize| Entry {
+            p: point(i),
+            idx: i as u32,
+        };
+        let mut entries: Vec<Entry> = (0..n_points).into_par_iter().map(entry).collect();
+        order_by_halves(&mut entries, &|idx| key(idx as usize));
+
+        let blocks: Vec<PointBlock> = entries
             .par_chunks(WIDTH)
-            .map(|chunk| PointBlock::new(chunk.iter().map(|&i| point(i as usize))))
+            .map(|chunk| PointBlock::new(chunk.iter().map(|entry| entry.p)))
             .collect();
         let (nodes, level_starts) = levels_above(&blocks);
         let tree = Self {
@@ -25,32 +36,11 @@ impl PointTree {
             nodes,
             level_starts,
         };
-        (tree, order)
+        (
+            tree,
+            entries.into_par_iter().map(|entry| entry.idx).collect(),
+        )
     }
-}
-
-/// Point numbers along Morton's curve.
-fn curve_order(
-    n_points: usize,
-    point: &(impl Fn(usize) -> Vec3 + Sync),
-    key: impl Fn(usize) -> u64 + Sync,
-) -> Vec<u32> {
-    let bounds = (0..n_points)
-        .into_par_iter()
-        .map(|i| Bounds3::from_points([point(i)]))
-        .reduce(|| Bounds3::EMPTY, |a, b| a.union(&b));
-    let grid = MortonGrid::around(&bounds);
-    let mut coded: Vec<(u64, u32)> = (0..n_points)
-        .into_par_iter()
-        .map(|i| (grid.code(point(i)), i as u32))
-        .collect();
-    coded.par_sort_unstable_by(|(code_a, a), (code_b, b)| {
-        code_a
-            .cmp(code_b)
-            .then_with(|| key(*a as usize).cmp(&key(*b as usize)))
-            .then_with(|| a.cmp(b))
-    });
-    coded.into_par_iter().map(|(_, i)| i).collect()
 }
 
 /// All nodes, and where each level begins: eight neighbours below make a node above.

@@ -2,12 +2,11 @@
 
 mod block;
 mod build;
-mod morton;
 mod nearest;
 mod node;
+mod order;
 mod within;
 
-pub(crate) use morton::MortonGrid;
 pub use nearest::Found;
 
 use block::PointBlock;

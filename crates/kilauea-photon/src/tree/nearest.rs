@@ -41,7 +41,7 @@ impl PointTree {
         let mut nearest = Nearest {
             k,
             bound_sq: bound_sq(max_radius),
-            found: BinaryHeap::with_capacity(k.min(self.n_points) + 1),
+            found: BinaryHeap::with_capacity(k.min(self.n_points)),
         };
         self.offer_near(p, &mut nearest, &accept);
         nearest.found.into_sorted_vec()
@@ -144,9 +144,12 @@ impl Candidates for Nearest {
     }
 
     fn keep(&mut self, found: Found) {
-        self.found.push(found);
-        if self.found.len() > self.k {
-            self.found.pop();
+        if self.found.len() < self.k {
+            self.found.push(found);
+        } else if let Some(mut farthest) = self.found.peek_mut()
+            && found < *farthest
+        {
+            *farthest = found;
         }
         if self.found.len() == self.k {
             self.bound_sq = self.found.peek().map_or(0.0, |farthest| farthest.d_sq);

@@ -115,6 +115,17 @@ fn a_thousand_photons_at_one_place() {
     let nearest = map.nearest(query.p, count(10), 1.0);
     let indices: Vec<u32> = nearest.iter().map(|found| found.idx).collect();
     assert_eq!(indices, (0..10).collect::<Vec<u32>>());
+
+    let rule = DensityRule::default();
+    let by_radius = map.irradiance(&query, 0.5, &rule);
+    assert_eq!(by_radius.n_photons, n_photons);
+    // Discs without area.
+    for found in [
+        map.irradiance(&query, 0.0, &rule),
+        map.irradiance_by_nearest(&query, count(10), 1.0, &rule),
+    ] {
+        assert!(found.n_photons > 0 && found.value.is_black(), "{found:?}");
+    }
 }
 
 #[test]
@@ -127,6 +138,15 @@ fn queries_from_nowhere_find_nothing() {
             assert!(map.nearest(query.p, count(5), radius).is_empty());
         }
     }
+    let inside = SurfaceQuery {
+        p: Vec3::splat(0.5),
+        n: Vec3::Z,
+    };
+    let found = map.irradiances(&[NAN, inside, INFINITE, FAR], 0.5, &rule);
+    let n_photons: Vec<u32> = found.iter().map(|found| found.n_photons).collect();
+    let expected = map.irradiance(&inside, 0.5, &rule).n_photons;
+    assert!(expected > 0);
+    assert_eq!(n_photons, [0, expected, 0, 0]);
 }
 
 #[test]

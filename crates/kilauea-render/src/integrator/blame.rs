@@ -1,52 +1,54 @@
 //! Which material's shader panicked.
 
-use std::future::poll_fn;
 use std::pin::Pin;
 use std::sync::OnceLock;
+use std::task::{Context, Poll};
 
-use crate::geometry::{Geometry, PrimitiveRef};
+use crate::geometry::PrimitiveRef;
 
-/// The material whose shader panicked first.
+/// The surface whose shader panicked first.
 #[derive(Debug, Default)]
 pub(crate) struct Blame {
-    material: OnceLock<String>,
+    at: OnceLock<PrimitiveRef>,
 }
 
 /// Says that a shader runs, until it is dropped.
 pub(crate) struct Shading<'a> {
     blame: &'a Blame,
-    geometry: &'a Geometry,
     at: PrimitiveRef,
+}
+
+/// The code of a shader, which runs only while it is polled.
+pub(super) struct Watched<'a, F> {
+    blame: &'a Blame,
+    at: PrimitiveRef,
+    shade: Pin<&'a mut F>,
 }
 
 impl Blame {
     /// The shader at `at` runs from now on.
     #[inline]
-    pub(crate) fn shading<'a>(&'a self, geometry: &'a Geometry, at: PrimitiveRef) -> Shading<'a> {
-        Shading {
+    pub(crate) fn shading(&self, at: PrimitiveRef) -> Shading<'_> {
+        Shading { blame: self, at }
+    }
+
+    /// Awaits the code of the shader at `at`.
+    #[inline]
+    pub(super) fn watch<'a, F>(
+        &'a self,
+        at: PrimitiveRef,
+        shade: Pin<&'a mut F>,
+    ) -> Watched<'a, F> {
+        Watched {
             blame: self,
-            geometry,
             at,
+            shade,
         }
     }
 
-    /// Awaits the code of the shader at `at`, which runs only while it is polled.
-    #[inline]
-    pub(super) fn watch<F: Future>(
-        &self,
-        geometry: &Geometry,
-        at: PrimitiveRef,
-        mut shade: Pin<&mut F>,
-    ) -> impl Future<Output = F::Output> {
-        poll_fn(move |task| {
-            let _shading = self.shading(geometry, at);
-            shade.as_mut().poll(task)
-        })
-    }
-
-    /// Path of the material whose shader panicked.
-    pub(crate) fn material(&self) -> Option<&str> {
-        self.material.get().map(String::as_str)
+    /// Where a shader panicked.
+    pub(crate) fn surface(&self) -> Option<PrimitiveRef> {
+        self.at.get().copied()
     }
 }
 
@@ -54,8 +56,17 @@ impl Drop for Shading<'_> {
     #[inline]
     fn drop(&mut self) {
         if std::thread::panicking() {
-            let path = self.geometry.material_path(self.at);
-            self.blame.material.get_or_init(|| path.to_owned());
+            self.blame.at.get_or_init(|| self.at);
         }
+    }
+}
+
+impl<F: Future> Future for Watched<'_, F> {
+    type Output = F::Output;
+
+    #[inline(always)]
+    fn poll(mut self: Pin<&mut Self>, task: &mut Context<'_>) -> Poll<F::Output> {
+        let _shading = self.blame.shading(self.at);
+        self.shade.as_mut().poll(task)
     }
 }

@@ -2,7 +2,7 @@ use crate::camera::RayGenerator;
 
 /// Width of the bundle that a ray stands for: a sample's share of a pixel, spread by rough bounces.
 #[derive(Clone, Copy)]
-pub(super) struct RayCone {
+pub(crate) struct RayCone {
     /// Where the path scattered last.
     pub(super) width: f32,
     /// Growth per unit of distance.
@@ -18,7 +18,7 @@ const ROUGH_SPREAD: f32 = 0.1;
 impl RayCone {
     /// As wide as camera rays are apart (PBR 4ed., 10.1.1): the pixel's filter is in their
     /// positions, and a wider bundle would blur textures, and flatten normal maps, once more.
-    pub(super) fn of_camera_ray(camera: &RayGenerator, samples_per_pixel: u32) -> Self {
+    pub(crate) fn of_camera_ray(camera: &RayGenerator, samples_per_pixel: u32) -> Self {
         let pixels = (samples_per_pixel as f32).sqrt().recip();
         let pixels = pixels.max(MIN_PIXEL_FOOTPRINT);
         Self {

@@ -14,10 +14,9 @@ use super::cone::RayCone;
 use super::fault::{Step, Unwatched, Watch};
 use super::media::{Media, is_hidden};
 use super::question::{Answer, Question};
-use super::shade::{Asked, PathShade};
+use super::shade::PathShade;
 use super::throughput::Throughput;
 use super::walk::{Path, Vertex};
-use crate::camera::{CameraRay, RayGenerator};
 use crate::geometry::{Geometry, Interaction, PrimitiveRef, View};
 use crate::light::{Emitted, Lights};
 use crate::needs::SceneNeeds;
@@ -35,8 +34,8 @@ pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, W = Unwatched> {
     pub textures: &'a TextureStore,
     /// Scattering events after the camera; 0 is emission alone.
     pub max_depth: u32,
-    /// Samples that a pixel is to get.
-    pub samples_per_pixel: u32,
+    /// Of each camera ray.
+    pub camera_cone: RayCone,
     /// What the scene uses; the rest is skipped.
     pub needs: SceneNeeds,
     /// The media that the camera is in.
@@ -81,7 +80,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
             lights: self.lights,
             textures: self.textures,
             max_depth: self.max_depth,
-            samples_per_pixel: self.samples_per_pixel,
+            camera_cone: self.camera_cone,
             needs: self.needs,
             camera_media: self.camera_media,
             blame: self.blame,
@@ -91,104 +90,120 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
 }
 
 impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M, W> {
-    /// Radiance along a camera ray, and what the first surface there is like.
+    /// A path that starts with a ray of the camera.
+    #[inline]
+    pub(crate) fn start(&self, camera_ray: Ray) -> Path<M> {
+        Path {
+            ray: camera_ray,
+            cone: self.camera_cone,
+            departure: None,
+            throughput: Throughput::start(),
+            media: self.camera_media,
+        }
+    }
+
+    /// Radiance along a path, and what the first surface there is like; `z` is the distance along
+    /// the ray.
     ///
     /// What rays meet is asked of `cx`; all else is done here. A shader ends before the path that
     /// it asked for: each turn of the loop is the rest of the shade before.
+    ///
+    /// The first question is sent at once. Not an `async fn`, which would keep each argument in two
+    /// places while it waits.
     #[inline]
-    pub(crate) async fn trace<P, C>(
+    pub(crate) fn trace<P, C>(
         &self,
-        camera_ray: &CameraRay,
-        camera: &RayGenerator,
+        mut path: Path<M>,
         sampler: &Sampler<'_>,
         counts: &mut RayCounts,
         cx: &C,
-    ) -> PixelSample
+    ) -> impl Future<Output = PixelSample>
     where
         P: Program<Question = Question, Answer = Answer>,
         C: Context<P>,
     {
-        let mut out = PixelSample::default();
-        let mut path = Path {
-            ray: camera_ray.ray,
-            cone: RayCone::of_camera_ray(camera, self.samples_per_pixel),
-            departure: None,
-            throughput: Throughput::start(),
-            media: self.camera_media,
-        };
         self.watch.see(Step::CameraRay, 0, None, || {
             path.ray.origin.is_finite() && path.ray.dir.is_finite()
         });
         counts.camera += 1;
-        let mut closest = cx.ask(Question::closest::<CUTOUTS>(&path.ray, sampler, 0));
-
-        let mut depth = 0;
-        loop {
-            let hit = closest.await.hit();
-            // Only what hits nothing can be invalid, so that the others need no look.
-            if hit.is_none() {
-                counts.invalid += u64::from(!path.ray.is_valid());
+        let mut next = Some(cx.ask(Question::closest::<CUTOUTS>(&path.ray, sampler, 0)));
+        async move {
+            let mut out = PixelSample::default();
+            let mut depth = 0;
+            while let Some(asked) = &mut next {
+                let hit = asked.await.hit();
+                next = None;
+                let hit = self.meet(&mut out, &path, depth, hit, counts);
+                let Some(hit) = hit else { break };
+                if let Some(ray) = self.pass_hidden_boundary(&mut path, &hit) {
+                    counts.indirect += 1;
+                    next = Some(cx.ask(Question::closest::<CUTOUTS>(&ray, sampler, depth)));
+                    continue;
+                }
+                let vertex = self.arrive(&mut out, &mut path, depth, &hit);
+                if depth == self.max_depth {
+                    break;
+                }
+                path.throughput.advance(depth);
+                let (shader, at) = (vertex.interaction.shader, vertex.interaction.at);
+                let scattered = {
+                    let shading = self.blame.shading(at);
+                    let shade = pin!(shader.shade(PathShade {
+                        integrator: self,
+                        vertex,
+                        path: &mut path,
+                        sampler,
+                        counts,
+                        out: &mut out,
+                        next: &mut next,
+                        cx,
+                        program: PhantomData,
+                    }));
+                    drop(shading);
+                    self.blame.watch(at, shade).await
+                };
+                path.throughput
+                    .add(&mut out, depth + 1, scattered.diffuse, scattered.specular);
+                if scattered.path.is_black() {
+                    break;
+                }
+                if scattered.path != Spectrum::ONE {
+                    path.throughput.scale_last(depth, scattered.path);
+                }
+                depth += 1;
             }
-            let hit = hit.map(|hit| path.media.since_departure(hit));
-            let t_end = hit.map_or(path.ray.t_max, |h| h.t);
-            self.add_area_lights(&mut out, &path, depth, t_end);
-            let Some(hit) = hit else {
-                self.add_infinite_lights(&mut out, &path, depth);
-                break;
-            };
-            if let Some(ray) = self.pass_hidden_boundary(&mut path, &hit) {
-                counts.indirect += 1;
-                closest = cx.ask(Question::closest::<CUTOUTS>(&ray, sampler, depth));
-                continue;
-            }
-            if depth == 0 {
-                out.z = hit.t / camera_ray.distance_per_depth;
-            }
-            let vertex = self.arrive(&mut out, &mut path, depth, &hit);
-            if depth == self.max_depth {
-                break;
-            }
-
-            path.throughput.advance(depth);
-            let mut asked = Asked::NOTHING;
-            let scattered = {
-                let shade = pin!(vertex.interaction.shader.shade(PathShade {
-                    integrator: self,
-                    vertex: &vertex,
-                    path: &mut path,
-                    sampler,
-                    counts,
-                    asked: &mut asked,
-                    cx,
-                    program: PhantomData,
-                }));
-                let at = vertex.interaction.at;
-                self.blame.watch(self.geometry, at, shade).await
-            };
-            if depth == 0 {
-                out.albedo = asked.albedo;
-            }
-            path.throughput
-                .add(&mut out, depth + 1, scattered.diffuse, scattered.specular);
-            let Some(next) = asked.next else { break };
-            if scattered.path.is_black() {
-                break;
-            }
-            if scattered.path != Spectrum::ONE {
-                path.throughput.scale_last(depth, scattered.path);
-            }
-            closest = next;
-            depth += 1;
+            counts.in_too_many_media += u64::from(path.media.has_overflowed());
+            out.beauty = out.emission
+                + out.direct_diffuse
+                + out.direct_specular
+                + out.indirect_diffuse
+                + out.indirect_specular;
+            self.watch
+                .see(Step::Sum, self.max_depth, None, || out.beauty.is_finite());
+            out
         }
-        counts.in_too_many_media += u64::from(path.media.has_overflowed());
-        out.beauty = out.emission
-            + out.direct_diffuse
-            + out.direct_specular
-            + out.indirect_diffuse
-            + out.indirect_specular;
-        self.watch
-            .see(Step::Sum, self.max_depth, None, || out.beauty.is_finite());
-        out
+    }
+
+    /// Adds the light of lights that the ray meets before the surface that it hit. Returns where
+    /// that is, from where the path scattered last.
+    #[inline(always)]
+    fn meet(
+        &self,
+        out: &mut PixelSample,
+        path: &Path<M>,
+        depth: u32,
+        hit: Option<Hit>,
+        counts: &mut RayCounts,
+    ) -> Option<Hit> {
+        let hit = hit.map(|hit| path.media.since_departure(hit));
+        let t_end = hit.map_or(path.ray.t_max, |h| h.t);
+        self.add_area_lights(out, path, depth, t_end);
+        if hit.is_none() {
+            // Only what hits nothing can be invalid, so that the others need no look.
+            counts.invalid += u64::from(!path.ray.is_valid());
+            self.add_infinite_lights(out, path, depth);
+        }
+        hit
     }
 
     /// Adds the light of lamps that the ray meets before `t_end`.
@@ -252,7 +267,8 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
     }
 
     /// The vertex at a hit. Adds what the surface there emits.
-    #[inline]
+    // So that it is made where it stays.
+    #[inline(always)]
     fn arrive(
         &self,
         out: &mut PixelSample,
@@ -264,37 +280,38 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
         self.watch.see(Step::Hit, depth, None, || {
             Vec3::new(hit.t, hit.u, hit.v).is_finite()
         });
-        let mut interaction = self.interaction(hit, &path.ray, path.cone.width);
-        let at = Some(interaction.at);
+        let mut vertex = Vertex {
+            depth,
+            interaction: self.interaction(hit, &path.ray, path.cone.width),
+            passed: path.media.transmittance(self.geometry, hit.t),
+            boundary: None,
+        };
+        let interaction = &mut vertex.interaction;
+        let at = interaction.at;
         self.watch
-            .see(Step::Surface, depth, at, || interaction.is_finite());
-        let passed = path.media.transmittance(self.geometry, hit.t);
-        let boundary = path.media.boundary(self.geometry, &interaction);
-        if let Some(boundary) = &boundary {
+            .see(Step::Surface, depth, Some(at), || interaction.is_finite());
+        vertex.boundary = path.media.boundary(self.geometry, interaction);
+        if let Some(boundary) = &vertex.boundary {
             interaction.surface.outside_ior = boundary.outside_ior;
         }
         if self.needs.mesh_lights {
-            let _shading = self.blame.shading(self.geometry, interaction.at);
+            let _shading = self.blame.shading(at);
             let emitted = self
                 .lights
-                .emitted_by_surface(&interaction, hit.t, path.receiver());
+                .emitted_by_surface(interaction, hit.t, path.receiver());
             if let Some(emitted) = emitted {
-                self.see_emitted(depth, at, &emitted);
-                path.add_emitted(out, depth, &emitted, passed);
+                self.see_emitted(depth, Some(at), &emitted);
+                path.add_emitted(out, depth, &emitted, vertex.passed);
             }
         }
         if depth == 0 {
             out.alpha = 1.0;
+            out.z = hit.t;
             if self.needs.surface_layers {
-                self.describe_surface(out, &interaction);
+                self.describe_surface(out, interaction);
             }
         }
-        Vertex {
-            depth,
-            interaction,
-            passed,
-            boundary,
-        }
+        vertex
     }
 
     #[inline]

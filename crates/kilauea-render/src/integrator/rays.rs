@@ -84,7 +84,7 @@ impl<const CUTOUTS: bool> RayTracer<'_, CUTOUTS> {
             footprint: 0.0,
         };
         let interaction = self.geometry.interaction(at, &view, self.textures);
-        let shading = self.blame.shading(self.geometry, at);
+        let shading = self.blame.shading(at);
         let opacity = shader.opacity(&interaction.surface);
         drop(shading);
         let primitive_key = combine(hit.primitive, hit.instance);

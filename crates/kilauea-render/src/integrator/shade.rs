@@ -2,11 +2,13 @@
 
 use kilauea_accel::{Ray, Visibility};
 use kilauea_bsdf::SeenBsdf;
+use kilauea_film::PixelSample;
 use kilauea_math::Spectrum;
 use kilauea_shading::{Scattered, Shade, Surface};
 use kilauea_spot::{Context, Program};
-use std::future::ready;
 use std::marker::PhantomData;
+use std::pin::Pin;
+use std::task::{self, Poll};
 
 use super::fault::{Step, Watch};
 use super::media::Media;
@@ -16,41 +18,79 @@ use super::walk::{Path, Vertex, power_heuristic};
 use crate::sampler::{Purpose, Sampler};
 
 /// A path at a vertex, as the shader there sees it.
+///
+/// It owns the vertex, which so is gone once the shader has asked for all it wants to know: shades
+/// that wait are many, and a vertex is large.
 pub(super) struct PathShade<'v, 'a, P: Program, C: Context<P>, M, W, const CUTOUTS: bool> {
     pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, W>,
-    pub(super) vertex: &'v Vertex<'a, M>,
+    pub(super) vertex: Vertex<'a, M>,
     pub(super) path: &'v mut Path<M>,
     pub(super) sampler: &'v Sampler<'v>,
     pub(super) counts: &'v mut RayCounts,
-    pub(super) asked: &'v mut Asked<C::Reply>,
+    pub(super) out: &'v mut PixelSample,
+    /// What the path hits next; none where it ends.
+    pub(super) next: &'v mut Option<C::Reply>,
     pub(super) cx: &'v C,
     pub(super) program: PhantomData<P>,
 }
 
-/// What a shader's questions leave for the path. `R` is an answer on its way.
-pub(super) struct Asked<R> {
-    /// The fraction of light that the first surface scatters.
-    pub(super) albedo: Spectrum,
-    /// What the path hits next; none where it ends.
-    pub(super) next: Option<R>,
-}
-
-/// Light of one light, if nothing occludes it. `R` is an answer on its way.
-struct Direct<R> {
-    occluded: R,
-    /// What lobes scatter of it toward the viewer.
+/// The light of a light on its way. `R` is an answer.
+struct DirectLight<R> {
+    /// None where there is nothing to wait for.
+    occluded: Option<R>,
+    /// What lobes scatter of it toward the viewer, if nothing occludes it.
     diffuse: Spectrum,
     specular: Spectrum,
+}
+
+/// All other light, of which is known at once whether there will be any.
+struct IndirectLight {
+    goes_on: bool,
 }
 
 /// Shadow rays end this much before the light.
 const SHADOW_T_MAX: f32 = 1.0 - 1e-4;
 
-impl<R> Asked<R> {
-    pub(super) const NOTHING: Self = Self {
-        albedo: Spectrum::BLACK,
-        next: None,
+impl<R> DirectLight<R> {
+    const NOTHING: Self = Self {
+        occluded: None,
+        diffuse: Spectrum::BLACK,
+        specular: Spectrum::BLACK,
     };
+}
+
+impl<R: Future<Output = Answer> + Unpin> Future for DirectLight<R> {
+    type Output = Scattered;
+
+    #[inline(always)]
+    fn poll(mut self: Pin<&mut Self>, task: &mut task::Context<'_>) -> Poll<Scattered> {
+        let Some(occluded) = &mut self.occluded else {
+            return Poll::Ready(Scattered::NOTHING);
+        };
+        Pin::new(occluded).poll(task).map(|answer| {
+            if answer.is_occluded() {
+                return Scattered::NOTHING;
+            }
+            Scattered {
+                diffuse: self.diffuse,
+                specular: self.specular,
+                ..Scattered::NOTHING
+            }
+        })
+    }
+}
+
+impl Future for IndirectLight {
+    type Output = Scattered;
+
+    #[inline(always)]
+    fn poll(self: Pin<&mut Self>, _: &mut task::Context<'_>) -> Poll<Scattered> {
+        Poll::Ready(if self.goes_on {
+            Scattered::BY_PATH
+        } else {
+            Scattered::NOTHING
+        })
+    }
 }
 
 impl<'v, 'a, P, C, M, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, W, CUTOUTS>
@@ -69,48 +109,21 @@ where
     fn direct_light(
         &mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, W, CUTOUTS> {
         self.see_bsdf(bsdf);
-        let direct = self.sample_lights(bsdf);
-        async move {
-            let Some(direct) = direct else {
-                return Scattered::NOTHING;
-            };
-            if direct.occluded.await.is_occluded() {
-                return Scattered::NOTHING;
-            }
-            Scattered {
-                diffuse: direct.diffuse,
-                specular: direct.specular,
-                ..Scattered::NOTHING
-            }
-        }
+        self.sample_lights(bsdf).unwrap_or(DirectLight::NOTHING)
     }
 
-    #[inline]
+    // Inlined, it would move itself.
+    #[inline(never)]
     fn indirect(
-        self,
+        mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, W, CUTOUTS> {
         self.see_bsdf(bsdf);
-        let depth = self.vertex.depth;
-        let needs = &self.integrator.needs;
-        if depth == 0 && needs.surface_layers {
-            self.asked.albedo = bsdf.albedo();
+        IndirectLight {
+            goes_on: self.go_on(bsdf),
         }
-        // All that the last ray could find is light.
-        if depth + 1 == self.integrator.max_depth && !needs.met_lights() {
-            return ready(Scattered::NOTHING);
-        }
-        let is_alive = self.path.scatter(self.vertex, bsdf, self.sampler);
-        self.see_scattered();
-        if !is_alive {
-            return ready(Scattered::NOTHING);
-        }
-        self.counts.indirect += 1;
-        let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);
-        self.asked.next = Some(self.cx.ask(question));
-        ready(Scattered::BY_PATH)
     }
 }
 
@@ -123,7 +136,7 @@ where
 {
     /// Estimates direct light by choosing a light (next-event estimation).
     #[inline]
-    fn sample_lights(&mut self, bsdf: &SeenBsdf) -> Option<Direct<C::Reply>> {
+    fn sample_lights(&mut self, bsdf: &SeenBsdf) -> Option<DirectLight<C::Reply>> {
         let &PathIntegrator {
             geometry,
             lights,
@@ -136,7 +149,7 @@ where
             interaction,
             passed,
             ..
-        } = self.vertex;
+        } = &self.vertex;
         if !needs.lights || !bsdf.has_smooth_lobes() {
             return None;
         }
@@ -186,18 +199,41 @@ where
         self.see(Step::LightSample, || radiance.is_finite());
         let question =
             Question::occluded::<CUTOUTS>(&shadow_ray, least_priority, self.sampler, *depth);
-        Some(Direct {
-            occluded: self.cx.ask(question),
+        Some(DirectLight {
+            occluded: Some(self.cx.ask(question)),
             diffuse: radiance * diffuse,
             specular: radiance * specular,
         })
+    }
+
+    /// Chooses where the path goes on and asks what it hits there; false where it ends.
+    #[inline]
+    fn go_on(&mut self, bsdf: &SeenBsdf) -> bool {
+        let depth = self.vertex.depth;
+        let needs = &self.integrator.needs;
+        if depth == 0 && needs.surface_layers {
+            self.out.albedo = bsdf.albedo();
+        }
+        // All that the last ray could find is light.
+        if depth + 1 == self.integrator.max_depth && !needs.met_lights() {
+            return false;
+        }
+        let is_alive = self.path.scatter(&self.vertex, bsdf, self.sampler);
+        self.see_scattered();
+        if !is_alive {
+            return false;
+        }
+        self.counts.indirect += 1;
+        let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);
+        *self.next = Some(self.cx.ask(question));
+        true
     }
 
     #[inline]
     fn see(&self, step: Step, is_finite: impl FnOnce() -> bool) {
         let Vertex {
             depth, interaction, ..
-        } = self.vertex;
+        } = &self.vertex;
         let watch = self.integrator.watch;
         watch.see(step, *depth, Some(interaction.at), is_finite);
     }

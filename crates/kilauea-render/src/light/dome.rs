@@ -111,6 +111,11 @@ impl DomeLight {
         (self.radiance_of(local, textures), pdf)
     }
 
+    /// Bytes of what directions are chosen by.
+    pub(super) fn n_bytes(&self) -> usize {
+        self.picture.as_ref().map_or(0, |(_, d)| d.n_bytes())
+    }
+
     /// A direction from which photons come: bright parts of the picture, or any of a constant dome.
     pub(super) fn sample_emission(&self, u: Vec2, textures: &TextureStore) -> Option<LightSample> {
         if self.picture.is_some() {

@@ -173,9 +173,13 @@ impl Lights {
         self.infinite.iter().any(is_met)
     }
 
-    /// Bytes of the light tree.
+    /// Bytes of the light tree, and of what directions toward domes are chosen by.
     pub fn n_bytes(&self) -> usize {
-        self.tree.n_bytes() + self.mesh.n_bytes()
+        let of_domes = self.infinite.iter().map(|light| match light {
+            InfiniteLight::Dome(dome) => dome.n_bytes(),
+            InfiniteLight::Distant(_) => 0,
+        });
+        self.tree.n_bytes() + self.mesh.n_bytes() + of_domes.sum::<usize>()
     }
 
     /// Chooses a light with `u_choice` and a direction toward it with `u`.

@@ -28,6 +28,7 @@ pub(super) struct SphericalRect {
 impl SphericalRect {
     /// The rectangle `corner + [0, 1] edge_x + [0, 1] edge_y` with perpendicular edges, seen from
     /// `p`. None where it is so far that area sampling is as good, cheaper, and rounds better.
+    #[inline]
     pub(super) fn new(corner: Vec3, edge_x: Vec3, edge_y: Vec3, p: Vec3) -> Option<Self> {
         let size_sq = edge_x.length_squared() + edge_y.length_squared();
         let to_center = corner + 0.5 * (edge_x + edge_y) - p;
@@ -76,6 +77,7 @@ impl SphericalRect {
     }
 
     /// A point of the rectangle.
+    #[inline]
     pub(super) fn sample(&self, u: Vec2) -> Vec3 {
         let phi = u.x * self.solid_angle + self.k;
         let (sin_phi, cos_phi) = phi.sin_cos();

@@ -101,7 +101,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     };
     let workforce = Workforce::inline(request.n_threads);
     let left = follow_all(tracer, n_blocks, &answerer, workforce)
-        .map_err(|error| RenderError::of_run(error, &blame))?;
+        .map_err(|error| RenderError::of_run(error, &blame, geometry))?;
     Ok(left.concat())
 }
 
@@ -196,7 +196,7 @@ impl<const CUTOUTS: bool, M: Media> ImportonTracer<'_, CUTOUTS, M> {
     ) -> bool {
         let interaction = &vertex.interaction;
         let surface = &interaction.surface;
-        let _shading = self.blame.shading(self.surfaces.geometry, interaction.at);
+        let _shading = self.blame.shading(interaction.at);
         let seen = interaction.shader.bsdf(surface).seen_from(surface.wo);
         let traveller = &mut path.traveller;
         if seen.max_roughness() >= Some(MIN_ROUGHNESS) {

@@ -92,7 +92,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     };
     let workforce = Workforce { n_threads, shading };
     let left = follow_all(tracer, n_emitted, &answerer, workforce)
-        .map_err(|error| RenderError::of_run(error, &blame))?;
+        .map_err(|error| RenderError::of_run(error, &blame, geometry))?;
     let mut traced = TracedPhotons::default();
     traced
         .photons

@@ -154,7 +154,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         let interaction = &vertex.interaction;
         let surface = &interaction.surface;
         path.history = path.history.arrived(surface.wo.dot(surface.ng).abs());
-        let _shading = self.blame.shading(self.surfaces.geometry, interaction.at);
+        let _shading = self.blame.shading(interaction.at);
         let bsdf = interaction.shader.bsdf(surface);
         let seen = bsdf.seen_from(surface.wo);
         if seen.max_roughness() >= Some(MIN_ROUGHNESS) {
