@@ -32,7 +32,7 @@ def test_photons_are_shown_and_counted(tmp_path, capsys):
     names = image.spec().channelnames
     assert {"R", "irradiance.G", "caustic.B", "photons.count"} <= set(names)
     pixels = image.get_pixels()
-    assert pixels[..., names.index("irradiance.R")].min() > 0
+    assert (pixels[..., names.index("irradiance.R")] > 0).mean() > 0.9
 
 
 def test_threads_do_not_change_a_layer(tmp_path, capsys):
