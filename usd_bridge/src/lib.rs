@@ -11,6 +11,7 @@ mod error;
 mod frame;
 mod image;
 mod job;
+mod photons;
 mod rays;
 mod scene;
 mod shaders;
@@ -25,6 +26,8 @@ mod _native {
     use crate::image::{compare, hdr_flip};
     #[pymodule_export]
     use crate::job::RenderJob;
+    #[pymodule_export]
+    use crate::photons::{inspect_photons, measure_photons};
     #[pymodule_export]
     use crate::rays::RayWorkload;
     #[pymodule_export]

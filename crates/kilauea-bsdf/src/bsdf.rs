@@ -156,6 +156,12 @@ impl Bsdf {
         }
     }
 
+    /// The shading normal, on the side of the geometric one.
+    #[inline]
+    pub fn ns(&self) -> Vec3 {
+        self.frame.z
+    }
+
     /// See [`SeenBsdf::albedo`].
     #[inline]
     pub fn albedo(&self, wo: Vec3) -> Spectrum {
@@ -190,6 +196,16 @@ impl SeenBsdf {
         match &self.lobes {
             SeenLobes::Lambert(lambert, _) => !lambert.albedo.is_black(),
             SeenLobes::Layered(layered, _) => layered.has_smooth_lobes(),
+        }
+    }
+
+    /// Roughness of the roughest lobe, 1 for diffuse ones; none where all lobes are mirrors and
+    /// refraction.
+    #[inline]
+    pub fn max_roughness(&self) -> Option<f32> {
+        match &self.lobes {
+            SeenLobes::Lambert(lambert, _) => (!lambert.albedo.is_black()).then_some(1.0),
+            SeenLobes::Layered(layered, _) => layered.max_roughness(),
         }
     }
 

@@ -170,10 +170,31 @@ impl Layered {
 
     /// Whether any lobe but mirrors and refraction is there.
     pub(crate) fn has_smooth_lobes(&self) -> bool {
-        let interface = self.alpha > 0.0 && !(self.f0 + self.f90).is_black();
-        let glass = self.alpha > 0.0 && self.transmission > 0.0;
-        let coat = self.coat_alpha > 0.0 && self.coat > 0.0;
-        !self.diffuse.is_black() || interface || glass || coat
+        !self.diffuse.is_black() || self.has_smooth_interface() || self.has_smooth_coat()
+    }
+
+    /// Roughness of the roughest lobe but mirrors and refraction.
+    pub(crate) fn max_roughness(&self) -> Option<f32> {
+        if !self.diffuse.is_black() {
+            return Some(1.0);
+        }
+        let alpha = match (self.has_smooth_interface(), self.has_smooth_coat()) {
+            (true, true) => self.alpha.max(self.coat_alpha),
+            (true, false) => self.alpha,
+            (false, true) => self.coat_alpha,
+            (false, false) => return None,
+        };
+        Some(alpha.sqrt())
+    }
+
+    /// Whether the interface or the glass under it reflects other than as a mirror.
+    fn has_smooth_interface(&self) -> bool {
+        let reflects = !(self.f0 + self.f90).is_black() || self.transmission > 0.0;
+        self.alpha > 0.0 && reflects
+    }
+
+    fn has_smooth_coat(&self) -> bool {
+        self.coat_alpha > 0.0 && self.coat > 0.0
     }
 
     /// Fraction of light scattered.

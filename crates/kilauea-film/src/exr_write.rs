@@ -21,6 +21,30 @@ const SOFTWARE: &str = concat!("Kilauea ", env!("CARGO_PKG_VERSION"));
 /// The file appears whole or not at all. Nothing is left behind on an error.
 pub fn write_exr(path: &Path, film: &Film, metadata: &ImageMetadata) -> Result<(), ImageError> {
     let image = film.to_image(metadata.origin_world);
+    let half = film.aovs().iter().flat_map(|aov| {
+        let as_half = metadata.half_radiance && aov.row().half_allowed;
+        aov.channels().iter().map(move |_| as_half)
+    });
+    write_image(path, image, half.collect(), metadata)
+}
+
+/// Writes an image of any channels as [`write_exr`] does those of a film, all of them in 32 bits.
+pub fn write_image_exr(
+    path: &Path,
+    image: Image,
+    metadata: &ImageMetadata,
+) -> Result<(), ImageError> {
+    let half = vec![false; image.channels.len()];
+    write_image(path, image, half, metadata)
+}
+
+/// `half` is whether a channel is written in 16 bits.
+fn write_image(
+    path: &Path,
+    image: Image,
+    half: Vec<bool>,
+    metadata: &ImageMetadata,
+) -> Result<(), ImageError> {
     let [width, height] = image.size();
     if width == 0 || height == 0 {
         return Err(ImageError::Empty);
@@ -38,7 +62,7 @@ pub fn write_exr(path: &Path, film: &Film, metadata: &ImageMetadata) -> Result<(
             blocks: Blocks::ScanLines,
             line_order: LineOrder::Increasing,
         },
-        channels(film, image, metadata.half_radiance),
+        channels(image, half),
     );
     let file_image = exr::image::Image {
         attributes,
@@ -52,16 +76,12 @@ pub fn write_exr(path: &Path, film: &Film, metadata: &ImageMetadata) -> Result<(
     })
 }
 
-/// The channels of an image of `film`, sorted by name as the format wants them.
-fn channels(film: &Film, image: Image, half_radiance: bool) -> AnyChannels<FlatSamples> {
-    let as_half = film.aovs().iter().flat_map(|aov| {
-        let as_half = half_radiance && aov.row().half_allowed;
-        aov.channels().iter().map(move |_| as_half)
-    });
+/// The channels of an image, sorted by name as the format wants them.
+fn channels(image: Image, half: Vec<bool>) -> AnyChannels<FlatSamples> {
     let channels: SmallVec<[_; 4]> = image
         .channels
         .into_iter()
-        .zip(as_half)
+        .zip(half)
         .map(|(channel, as_half)| {
             let samples = if as_half {
                 FlatSamples::F16(channel.samples.iter().map(|&v| to_half(v)).collect())

@@ -41,7 +41,7 @@ pub use aov::{Aov, UnknownAov};
 pub use compare::{Comparison, compare};
 pub use error::ImageError;
 pub use exr_read::read_exr;
-pub use exr_write::write_exr;
+pub use exr_write::{write_exr, write_image_exr};
 pub use film::{Film, FilmSettings};
 pub use filter::Filter;
 pub use flip::hdr_flip;

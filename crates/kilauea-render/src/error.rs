@@ -1,6 +1,10 @@
 use kilauea_film::{ImageError, UnknownAov};
 use kilauea_scene::SceneError;
 use kilauea_shading::ShaderError;
+use kilauea_spot::RunError;
+
+use crate::geometry::Geometry;
+use crate::integrator::Blame;
 
 /// Why a frame cannot be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -38,4 +42,20 @@ pub enum RenderError {
     /// An engine thread died of a bug.
     #[error("internal error while rendering: {0}")]
     Panic(String),
+}
+
+impl RenderError {
+    /// What a failed run of the engine means, with the shader that is to blame if one is.
+    pub(crate) fn of_run(error: RunError, blame: &Blame, geometry: &Geometry) -> Self {
+        let material = blame
+            .surface()
+            .map(|at| geometry.material_path(at).to_owned());
+        match (error, material) {
+            (
+                RunError::Panicked { message, .. } | RunError::ThreadPanicked { message, .. },
+                Some(material),
+            ) => Self::ShaderPanicked { material, message },
+            (error, _) => Self::Panic(error.to_string()),
+        }
+    }
 }

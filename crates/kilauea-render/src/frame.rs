@@ -77,7 +77,10 @@ impl Frame {
         };
         let mut outcome = self.lock_outcome();
         if let Err(error) = result {
-            outcome.error = self.render_error(error);
+            let geometry = &self.prepared.geometry;
+            // A frame that was told to stop has not failed.
+            outcome.error = (error != RunError::Cancelled)
+                .then(|| RenderError::of_run(error, &self.blame, geometry));
         }
         outcome.render_secs = self.start.elapsed().as_secs_f64();
         outcome.has_ended = true;
@@ -166,21 +169,6 @@ impl Frame {
             self.lock_outcome().shades.add(&stats);
         }
         Ok(())
-    }
-
-    /// What a failed run means for the frame; nothing if it was told to stop.
-    fn render_error(&self, error: RunError) -> Option<RenderError> {
-        let geometry = &self.prepared.geometry;
-        let blamed = self.blame.surface();
-        let material = blamed.map(|at| geometry.material_path(at).to_owned());
-        match (error, material) {
-            (RunError::Cancelled, _) => None,
-            (
-                RunError::Panicked { message, .. } | RunError::ThreadPanicked { message, .. },
-                Some(material),
-            ) => Some(RenderError::ShaderPanicked { material, message }),
-            (error, _) => Some(RenderError::Panic(error.to_string())),
-        }
     }
 
     pub(crate) fn is_cancelled(&self) -> bool {

@@ -15,6 +15,7 @@ mod job;
 mod light;
 mod needs;
 mod passes;
+mod photon;
 mod plain;
 mod prepared;
 mod program;
@@ -30,5 +31,10 @@ pub use error::RenderError;
 pub use geometry::View;
 pub use job::{RenderJob, RenderResult};
 pub use needs::SceneNeeds;
+pub use photon::{
+    Importon, ImportonRequest, LightShares, MIN_ROUGHNESS, PhotonBenefit, PhotonCounts,
+    PhotonMemory, PhotonNumbers, PhotonRays, PhotonReport, PhotonRequest, PhotonTimes,
+    TracedPhotons, photon_benefit, photon_picture, trace_importons, trace_photons,
+};
 pub use prepared::{PrepareOptions, PreparedScene};
 pub use stats::{RenderStats, peak_rss_bytes};

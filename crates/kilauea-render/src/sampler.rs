@@ -59,6 +59,12 @@ pub(crate) enum Purpose {
     Direction(u32),
     /// Which light, and which lobe.
     Choice(u32),
+    /// Which light a photon leaves.
+    EmittingLight,
+    /// Direction in which a photon leaves its light.
+    EmittedDirection,
+    /// Point from which a photon leaves its light.
+    EmittedPoint,
 }
 
 /// Stands apart, so that it moves no other dimension.
@@ -68,8 +74,10 @@ impl Purpose {
     fn pair(self) -> u32 {
         match self {
             Self::Time => TIME_PAIR,
-            Self::Filter => 0,
-            Self::Lens => 1,
+            // Photons have no filter, no lens, and choose no light where they arrive.
+            Self::Filter | Self::EmittedPoint => 0,
+            Self::Lens | Self::EmittedDirection => 1,
+            Self::EmittingLight => Self::Light(0).pair(),
             Self::Light(bounce) => 2 + 3 * bounce,
             Self::Direction(bounce) => 3 + 3 * bounce,
             Self::Choice(bounce) => 4 + 3 * bounce,

@@ -4,11 +4,21 @@ from __future__ import annotations
 
 import argparse
 
-from kilauea.benchmarks import error, ledger, load, needs, rays, samples, shading
+from kilauea.benchmarks import (
+    error,
+    ledger,
+    load,
+    needs,
+    photons,
+    rays,
+    samples,
+    shading,
+)
 
 SUBCOMMANDS = {
     "samples": (samples, "camera paths per second against Cycles and Mitsuba"),
     "rays": (rays, "rays per second on one thread against Embree, and building of trees"),
+    "photons": (photons, "photons traced per second, and what their map takes"),
     "shading": (shading, "what shading as a dataflow costs, against a plain loop"),
     "load": (load, "time and memory from the stage to the first ray, against Blender"),
     "needs": (needs, "what is saved by skipping what a stage has no use for"),

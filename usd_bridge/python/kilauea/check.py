@@ -21,14 +21,14 @@ from kilauea.checking.errors import CannotCheckError
 from kilauea.checking.images import Batches
 from kilauea.checking.judge import Verdict
 from kilauea.checking.plan import Budget
-from kilauea.checking.report.folder import check_replaceable, write_report, write_text
+from kilauea.checking.report.folder import check_replaceable, write_report
 from kilauea.checking.report.record import Subject, as_record
 from kilauea.checking.run import Outcome, run_check
 from kilauea.checking.sources import CyclesSource, KilaueaSource, Source, StoredSource
 from kilauea.checking.stored import SETTINGS, Reference, read_reference, write_reference
 from kilauea.environments import CYCLES
 from kilauea.errors import KilaueaError, UsageError
-from kilauea.output import check_writable
+from kilauea.output import check_writable, write_text
 from kilauea.payload import Frame
 from kilauea.render import DEFAULTS, RenderOptions
 

@@ -96,6 +96,9 @@ def _parser(command: str) -> _MainParser:
     check = add("check", _check, "hold a stage against Cycles or an image, with a verdict")
     if command == "check":
         _optional("kilauea.check", "check").add_arguments(check)
+    inspect = add("inspect", _inspect, "show what photons light, before any final rendering")
+    if command == "inspect":
+        _optional("kilauea.inspect", "inspect").add_arguments(inspect)
     bench = add("bench", _bench, "measure speed and error")
     if command == "bench":
         _optional("kilauea.bench", "bench").add_arguments(bench)
@@ -192,6 +195,10 @@ def _reference(args: argparse.Namespace) -> int:
 
 def _check(args: argparse.Namespace) -> int:
     return _optional("kilauea.check", "check").main(args)
+
+
+def _inspect(args: argparse.Namespace) -> int:
+    return _optional("kilauea.inspect", "inspect").main(args)
 
 
 def _bench(args: argparse.Namespace) -> int:

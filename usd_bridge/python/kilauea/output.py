@@ -41,6 +41,17 @@ def check_writable(files: Iterable[str], make_folders: bool) -> None:
             raise KilaueaError(f"output folder {folder} cannot be written")
 
 
+def write_text(file: Path, text: str) -> None:
+    """Write a text file whole or not at all."""
+    partial = partial_name(file)
+    try:
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(file)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise KilaueaError(f"cannot write {file}: {error.strerror}") from None
+
+
 def partial_name(path: Path) -> Path:
     """Return the name under which a file or folder is written before it takes its own."""
     return path.with_name(f".{path.name}.{os.getpid()}.partial")

@@ -18,6 +18,7 @@ from kilauea.child import run_apart
 from kilauea.clock import process_age
 from kilauea.environments import CYCLES, pipeline_script
 from kilauea.errors import KilaueaError, UsageError
+from kilauea.output import write_text
 from kilauea.payload import Frame
 from kilauea.render import DEFAULTS, RenderOptions, build_scene, native, settings_record
 
@@ -42,7 +43,7 @@ def main(args: argparse.Namespace) -> int:
         stats["times"] |= {"load": load_secs, "total": process_age()}
         request.print_warnings(stats["warnings"], verbosity)
         if stats_file:
-            Path(stats_file).write_text(json.dumps(stats, indent=2) + "\n")
+            write_text(Path(stats_file), json.dumps(stats, indent=2) + "\n")
         if verbosity >= 1:
             times = stats["times"]
             print(f"{', '.join(files)}  {stats['engine']}  {times['render']:.1f} s", flush=True)

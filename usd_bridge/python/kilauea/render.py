@@ -12,7 +12,7 @@ from typing import Any
 from kilauea import interrupt
 from kilauea.clock import process_age
 from kilauea.errors import KilaueaError
-from kilauea.output import partial_name
+from kilauea.output import write_text
 from kilauea.payload import Frame
 from kilauea.progress import Progress, duration
 
@@ -130,7 +130,7 @@ def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
         raise KilaueaError(str(error)) from None
     _complete(stats, frame, warnings, options)
     if options.stats_file:
-        _write_stats(stats, Path(options.stats_file))
+        write_text(Path(options.stats_file), json.dumps(stats, indent=2) + "\n")
     return stats
 
 
@@ -158,17 +158,6 @@ def wait(job: Any, progress: Progress) -> None:
         progress.close()
         interrupt.cancel(job)
     progress.close()
-
-
-def _write_stats(stats: dict[str, Any], file: Path) -> None:
-    """Write the file whole or not at all."""
-    partial = partial_name(file)
-    try:
-        partial.write_text(json.dumps(stats, indent=2) + "\n")
-        partial.replace(file)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise KilaueaError(f"cannot write {file}: {error.strerror}") from None
 
 
 def _complete(

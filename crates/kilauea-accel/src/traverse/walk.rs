@@ -174,7 +174,7 @@ fn in_order(a: Entry, b: Entry) -> (Entry, Entry) {
     (a.min(b), a.max(b))
 }
 
-/// Visits the leaves that the ray passes in no order, until one ends the walk.
+/// Visits the leaves that the ray passes, those below the first lanes first, until one ends the walk.
 #[inline(always)]
 fn any_order<K: Kernel, N: WalkNode>(
     kernel: K,

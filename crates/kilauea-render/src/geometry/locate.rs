@@ -1,5 +1,5 @@
 use kilauea_accel::Hit;
-use kilauea_scene::{Attribute, CurvesChunk, MeshChunk, PointsChunk, Prototype};
+use kilauea_scene::{Attribute, CurvesChunk, MeshChunk, PointsChunk, Prototype, Visibility};
 
 use super::Geometry;
 
@@ -29,6 +29,14 @@ impl<'a> Chunk<'a> {
             Self::Mesh(chunk) => chunk.material,
             Self::Points(chunk) => chunk.material,
             Self::Curves(chunk) => chunk.material,
+        }
+    }
+
+    pub(super) fn visibility(self) -> Visibility {
+        match self {
+            Self::Mesh(chunk) => chunk.visibility,
+            Self::Points(chunk) => chunk.visibility,
+            Self::Curves(chunk) => chunk.visibility,
         }
     }
 

@@ -116,6 +116,11 @@ impl Geometry {
         self.placements[placement as usize].visibility
     }
 
+    /// Rays that meet a primitive.
+    pub fn met_by(&self, at: PrimitiveRef) -> Visibility {
+        self.chunk(at).visibility() & self.visibility(at.placement)
+    }
+
     /// Mesh chunks of a placement's prototype.
     pub fn meshes(&self, placement: u32) -> &[MeshChunk] {
         let prototype = self.placements[placement as usize].prototype;

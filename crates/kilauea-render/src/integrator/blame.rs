@@ -13,7 +13,7 @@ pub(crate) struct Blame {
 }
 
 /// Says that a shader runs, until it is dropped.
-pub(super) struct Shading<'a> {
+pub(crate) struct Shading<'a> {
     blame: &'a Blame,
     at: PrimitiveRef,
 }
@@ -28,7 +28,7 @@ pub(super) struct Watched<'a, F> {
 impl Blame {
     /// The shader at `at` runs from now on.
     #[inline]
-    pub(super) fn shading(&self, at: PrimitiveRef) -> Shading<'_> {
+    pub(crate) fn shading(&self, at: PrimitiveRef) -> Shading<'_> {
         Shading { blame: self, at }
     }
 

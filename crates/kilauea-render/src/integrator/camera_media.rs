@@ -4,7 +4,7 @@ use kilauea_accel::{Ray, Visibility};
 use kilauea_math::{Vec2, Vec3, warp};
 use kilauea_texture::TextureStore;
 
-use super::media::MediumStack;
+use super::media::{Media, MediumStack};
 use crate::geometry::{Geometry, View};
 
 /// Odd, so that no two answers share the majority.

@@ -7,14 +7,22 @@
 //! rays go on as if there were none.
 
 use kilauea_accel::Hit;
-use kilauea_math::Spectrum;
+use kilauea_math::{Spectrum, Vec3};
 use kilauea_shading::Medium;
+use kilauea_texture::TextureStore;
 use shaders::Shader;
 
+use super::camera_media::media_around;
 use crate::geometry::{Geometry, Interaction};
 
 /// What a path knows of the media around it.
 pub(crate) trait Media: Copy + Send + Sync {
+    /// In air.
+    const AIR: Self;
+
+    /// In whatever is around a point.
+    fn around(p: Vec3, geometry: &Geometry, textures: &TextureStore) -> Self;
+
     /// The priority below which boundaries are hidden to a ray that starts here.
     fn least_priority(&self, geometry: &Geometry) -> i8;
 
@@ -44,9 +52,9 @@ pub(crate) trait Media: Copy + Send + Sync {
 #[derive(Clone, Copy)]
 pub(crate) struct Boundary<M> {
     /// Index of refraction outside of the mesh, for [`kilauea_shading::Surface::outside_ior`].
-    pub(super) outside_ior: f32,
+    pub(crate) outside_ior: f32,
     /// Whether rays pass as if nothing were there.
-    pub(super) is_hidden: bool,
+    pub(crate) is_hidden: bool,
     /// The media on the other side.
     beyond: M,
 }
@@ -56,6 +64,12 @@ pub(crate) struct Boundary<M> {
 pub(crate) struct Air;
 
 impl Media for Air {
+    const AIR: Self = Self;
+
+    fn around(_: Vec3, _: &Geometry, _: &TextureStore) -> Self {
+        Self
+    }
+
     #[inline]
     fn least_priority(&self, _: &Geometry) -> i8 {
         i8::MIN
@@ -112,14 +126,6 @@ pub(crate) struct MediumStack {
 }
 
 impl MediumStack {
-    /// In air.
-    pub(super) const AIR: Self = Self {
-        materials: [NONE; CAPACITY],
-        travelled: 0.0,
-        n_hidden: 0,
-        has_overflowed: false,
-    };
-
     /// The medium that is there.
     #[inline]
     fn top(&self, geometry: &Geometry) -> Option<Medium> {
@@ -152,6 +158,17 @@ impl MediumStack {
 }
 
 impl Media for MediumStack {
+    const AIR: Self = Self {
+        materials: [NONE; CAPACITY],
+        travelled: 0.0,
+        n_hidden: 0,
+        has_overflowed: false,
+    };
+
+    fn around(p: Vec3, geometry: &Geometry, textures: &TextureStore) -> Self {
+        media_around(p, geometry, textures)
+    }
+
     #[inline]
     fn least_priority(&self, geometry: &Geometry) -> i8 {
         self.top(geometry).map_or(i8::MIN, |medium| medium.priority)

@@ -16,7 +16,7 @@ pub(crate) use blame::Blame;
 pub(crate) use camera_media::media_around;
 pub(crate) use cone::RayCone;
 pub(crate) use fault::{Fault, Faults, FirstFault, SampleId, Step, Unwatched};
-pub(crate) use media::{Air, Media, MediumStack};
+pub(crate) use media::{Air, Boundary, Media, MediumStack};
 pub(crate) use path::{PathIntegrator, RayCounts};
 pub(crate) use question::{Answer, Question};
 pub(crate) use rays::RayTracer;

@@ -29,7 +29,7 @@ pub(crate) enum Answer {
 impl Question {
     /// Asks what a ray hits first that reaches the vertex after `depth` events.
     #[inline]
-    pub(super) fn closest<const CUTOUTS: bool>(
+    pub(crate) fn closest<const CUTOUTS: bool>(
         ray: &Ray,
         sampler: &Sampler<'_>,
         depth: u32,
@@ -67,7 +67,7 @@ impl Answer {
     /// # Panics
     /// If another question was answered.
     #[inline]
-    pub(super) fn hit(self) -> Option<Hit> {
+    pub(crate) fn hit(self) -> Option<Hit> {
         match self {
             Self::Closest(hit) => hit,
             Self::Occluded(_) => panic!("asked for a hit, told of an occlusion"),

@@ -47,6 +47,9 @@ pub(super) struct Vertex<'a, M> {
 
 /// Paths may end by Russian roulette after this many scattering events.
 const MIN_ROULETTE_DEPTH: u32 = 3;
+/// Paths survive with their throughput times this, at most for sure: to end the moderately dim
+/// ones adds more noise than the time they take is worth (decision 021).
+const SURVIVAL_PER_THROUGHPUT: f32 = 2.0;
 
 impl<M> Vertex<'_, M> {
     /// The point as lights see it.
@@ -107,7 +110,7 @@ impl<M: Media> Path<M> {
 
         // End dim paths by chance.
         if depth + 1 >= MIN_ROULETTE_DEPTH {
-            let survival = throughput.total(depth).max_channel();
+            let survival = SURVIVAL_PER_THROUGHPUT * throughput.total(depth).max_channel();
             if survival < 1.0 {
                 let survival = survival.max(0.05);
                 if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {

@@ -17,12 +17,12 @@ use super::spherical_rect::SphericalRect;
 /// A light with an area that emits from one side.
 #[derive(Clone, Debug)]
 pub(super) struct AreaLight {
-    shape: UnitShape,
-    center: Vec3,
-    engine_from_unit: Mat3,
+    pub(super) shape: UnitShape,
+    pub(super) center: Vec3,
+    pub(super) engine_from_unit: Mat3,
     unit_from_engine: Mat3,
     /// Carries outward area vectors from the unit shape to engine space.
-    cofactor: Mat3,
+    pub(super) cofactor: Mat3,
     /// Radius where the shape is a true sphere.
     sphere_radius: Option<f32>,
     /// Edges of a rect that is a true rectangle.
@@ -36,7 +36,7 @@ pub(super) struct AreaLight {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum UnitShape {
+pub(super) enum UnitShape {
     /// [-1/2, 1/2]² in the xy plane, facing −z.
     Square,
     /// Radius 1 in the xy plane, facing −z.
@@ -262,7 +262,7 @@ impl UnitShape {
     }
 
     /// A point uniform per area, and its outward normal.
-    fn sample(self, u: Vec2) -> (Vec3, Vec3) {
+    pub(super) fn sample(self, u: Vec2) -> (Vec3, Vec3) {
         match self {
             Self::Square => ((u - 0.5).extend(0.0), Vec3::NEG_Z),
             Self::Disk => (warp::concentric_disk(u).extend(0.0), Vec3::NEG_Z),
@@ -279,7 +279,7 @@ impl UnitShape {
     }
 
     /// Texture coordinates of a point; (0, 0) at the lower left as seen from the lit side.
-    fn st(self, p: Vec3) -> Vec2 {
+    pub(super) fn st(self, p: Vec3) -> Vec2 {
         match self {
             Self::Square => Vec2::new(0.5 - p.x, p.y + 0.5),
             Self::Disk | Self::Sphere | Self::Tube => Vec2::ZERO,

@@ -1,6 +1,6 @@
 //! Light from all around, given by a lat-long picture and importance-sampled.
 
-use kilauea_math::{DMat3, DVec3, Frame, Mat3, Spectrum, Vec2, Vec3, warp};
+use kilauea_math::{DMat3, DVec3, Frame, INV_PI, Mat3, Spectrum, Vec2, Vec3, warp};
 use kilauea_scene::{Light, LightShape, Wrap};
 use kilauea_texture::TextureStore;
 use std::f32::consts::{PI, TAU};
@@ -109,6 +109,26 @@ impl DomeLight {
         let sin_theta = local.x.hypot(local.z).max(1e-9);
         let pdf = distribution.pdf(st(local)) / (2.0 * PI * PI * sin_theta);
         (self.radiance_of(local, textures), pdf)
+    }
+
+    /// Bytes of what directions are chosen by.
+    pub(super) fn n_bytes(&self) -> usize {
+        self.picture.as_ref().map_or(0, |(_, d)| d.n_bytes())
+    }
+
+    /// A direction from which photons come: bright parts of the picture, or any of a constant dome.
+    pub(super) fn sample_emission(&self, u: Vec2, textures: &TextureStore) -> Option<LightSample> {
+        if self.picture.is_some() {
+            // Where the surface looks that is lit makes no difference.
+            return self.sample(Vec3::Z, u, textures);
+        }
+        Some(LightSample {
+            wi: warp::uniform_sphere(u),
+            distance: f32::INFINITY,
+            radiance: self.radiance,
+            pdf: 0.25 * INV_PI,
+            is_delta: false,
+        })
     }
 
     /// Mean radiance over the sphere.

@@ -64,6 +64,18 @@ impl Emission {
         }
     }
 
+    /// Where shaping confines the light to: the unit axis, and the greatest angle to it in radians.
+    pub(super) fn cone(&self) -> Option<(Vec3, f32)> {
+        let shaping = self.shaping.as_ref()?;
+        Some((shaping.axis, shaping.cone_angle))
+    }
+
+    /// What shaping leaves of the radiance in the unit direction `toward`.
+    pub(super) fn shape_factor(&self, toward: Vec3) -> Spectrum {
+        let shaping = self.shaping.as_ref();
+        shaping.map_or(Spectrum::ONE, |shaping| shaping.factor(toward))
+    }
+
     /// Mean radiance over the surface, for choosing among lights.
     pub(super) fn mean_radiance(&self, textures: &TextureStore) -> Spectrum {
         match self.texture {

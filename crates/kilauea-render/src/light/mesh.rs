@@ -16,25 +16,25 @@ use crate::geometry::{Geometry, PrimitiveRef, View};
 #[derive(Clone, Debug, Default)]
 pub(super) struct MeshLights {
     /// Emissive chunks, in the order of their lights.
-    groups: Vec<Group>,
+    pub(super) groups: Vec<Group>,
     /// By placement: the entry of `groups` of its first emissive chunk.
     first_group: Vec<u32>,
     /// Number of the first triangle light.
-    first_light: u32,
+    pub(super) first_light: u32,
     n_triangles: u32,
     /// Prims whose emission is met by chance only.
     unsampled: BTreeSet<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Group {
+pub(super) struct Group {
     placement: u32,
     chunk: u32,
-    first_triangle: u32,
+    pub(super) first_triangle: u32,
     /// Luminance of the mean emission.
     luminance: f32,
     /// Radiance, where it is the same everywhere.
-    constant: Option<Spectrum>,
+    pub(super) constant: Option<Spectrum>,
 }
 
 impl MeshLights {
@@ -161,7 +161,13 @@ impl MeshLights {
         })
     }
 
-    fn triangle(&self, idx: u32) -> (PrimitiveRef, &Group) {
+    /// Corner points of a triangle light.
+    pub(super) fn corners(&self, light: u32, geometry: &Geometry) -> [Vec3; 3] {
+        let (at, _) = self.triangle(light - self.first_light);
+        geometry.corners(at)
+    }
+
+    pub(super) fn triangle(&self, idx: u32) -> (PrimitiveRef, &Group) {
         let group = &self.groups[self.groups.partition_point(|g| g.first_triangle <= idx) - 1];
         let at = PrimitiveRef {
             placement: group.placement,

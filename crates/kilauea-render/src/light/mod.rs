@@ -2,11 +2,18 @@
 
 mod area;
 mod area_bvh;
+mod area_emission;
+mod connection;
 mod distant;
 mod distribution;
 mod dome;
 mod emission;
+mod emission_cone;
+mod emit;
+mod light_choice;
+mod lit_box;
 mod mesh;
+mod mesh_emission;
 mod spherical_rect;
 mod tree;
 
@@ -21,6 +28,7 @@ use area::{AreaHit, AreaLight};
 use area_bvh::AreaBvh;
 use distant::DistantLight;
 use dome::DomeLight;
+pub(crate) use emit::{EmittedPhoton, Emitter};
 use mesh::MeshLights;
 use tree::{LightBounds, LightTree, MAX_IMPORTANCE};
 
@@ -92,6 +100,15 @@ enum InfiniteLight {
     Dome(Box<DomeLight>),
 }
 
+impl Receiver {
+    /// A point with a unit normal on either side, as light sees it that goes on to `wo`.
+    #[inline]
+    pub(crate) fn facing(p: Vec3, n: Vec3, wo: Vec3) -> Self {
+        let n = if n.dot(wo) < 0.0 { -n } else { n };
+        Self { p, n }
+    }
+}
+
 impl Lights {
     /// Prepares all lights.
     pub fn new(scene: &Scene, geometry: &Geometry, textures: &TextureStore) -> Self {
@@ -156,9 +173,13 @@ impl Lights {
         self.infinite.iter().any(is_met)
     }
 
-    /// Bytes of the light tree.
+    /// Bytes of the light tree, and of what directions toward domes are chosen by.
     pub fn n_bytes(&self) -> usize {
-        self.tree.n_bytes() + self.mesh.n_bytes()
+        let of_domes = self.infinite.iter().map(|light| match light {
+            InfiniteLight::Dome(dome) => dome.n_bytes(),
+            InfiniteLight::Distant(_) => 0,
+        });
+        self.tree.n_bytes() + self.mesh.n_bytes() + of_domes.sum::<usize>()
     }
 
     /// Chooses a light with `u_choice` and a direction toward it with `u`.

@@ -10,7 +10,7 @@ use crate::PreparedScene;
 use crate::light::Receiver;
 
 /// A light of radiance one.
-pub(super) fn light(shape: LightShape, world_from_light: DMat4) -> Light {
+pub(crate) fn light(shape: LightShape, world_from_light: DMat4) -> Light {
     Light {
         path: "/Light".into(),
         shape,
@@ -25,7 +25,7 @@ pub(super) fn light(shape: LightShape, world_from_light: DMat4) -> Light {
 }
 
 /// A place in which no axis is special.
-pub(super) fn turned() -> DMat4 {
+pub(crate) fn turned() -> DMat4 {
     DMat4::from_translation(DVec3::new(0.3, -1.2, 0.7))
         * DMat4::from_rotation_y(0.7)
         * DMat4::from_rotation_x(-0.4)
@@ -89,7 +89,7 @@ impl Case {
 }
 
 /// A picture with a texel that is a thousand times brighter than the others.
-pub(super) fn sunny() -> TileFile {
+pub(crate) fn sunny() -> TileFile {
     TileFile::new([16, 8], |x, y| {
         let is_sun = (x, y) == (11, 6);
         let sky = 0.2 + 0.1 * (x % 3) as f32 + 0.05 * y as f32;

@@ -181,7 +181,7 @@ pub(super) fn prepare(
     PreparedScene::new(scene, &PrepareOptions::default()).expect("the scene is sound")
 }
 
-fn glowing() -> Material {
+pub(crate) fn glowing() -> Material {
     let input = Input {
         node: 0,
         channel: Channel::Rgb,
@@ -195,7 +195,7 @@ fn glowing() -> Material {
 }
 
 /// A camera at the origin that looks along −z.
-pub(super) fn camera() -> Camera {
+pub(crate) fn camera() -> Camera {
     Camera {
         path: "/Camera".into(),
         world_from_camera: kilauea_math::DMat4::IDENTITY,

@@ -3,7 +3,7 @@
 
 mod camera;
 mod faults;
-mod lights;
-mod lit;
+pub(crate) mod lights;
+pub(crate) mod lit;
 mod many_lights;
 mod numbers;

@@ -16,6 +16,7 @@ from typing import Any
 
 from kilauea.benchmarks import error_tables, plot, speed_tables
 from kilauea.errors import KilaueaError
+from kilauea.output import write_text
 
 Report = dict[str, Any]
 
@@ -42,7 +43,7 @@ def run(args: argparse.Namespace) -> int:
     reports = read_reports(args.docs / "ledger")
     for page in (args.docs / "benchmarks.md", args.docs.parent / "README.md"):
         text = page.read_text(encoding="utf-8")
-        page.write_text(rewritten(text, reports, str(page)), encoding="utf-8")
+        write_text(page, rewritten(text, reports, str(page)))
     if "error" in reports:
         plot.write(reports["error"]["rows"], args.docs / "images" / "error-against-time")
     return 0

@@ -9,6 +9,8 @@ import time
 from pathlib import Path
 from typing import Any
 
+from kilauea.output import write_text
+
 
 def machine() -> dict[str, Any]:
     """Describe the machine that the figures belong to."""
@@ -27,7 +29,7 @@ def write_json(path: str | None, rows: list[dict[str, Any]], **more: Any) -> Non
     """Write `{"machine": ..., "rows": [...]}` where a file is asked for."""
     if path:
         report = {"machine": machine(), "rows": rows, **more}
-        Path(path).write_text(json.dumps(report, indent=1) + "\n", encoding="utf-8")
+        write_text(Path(path), json.dumps(report, indent=1) + "\n")
 
 
 def print_table(rows: list[dict[str, Any]]) -> None:

@@ -16,7 +16,7 @@ from kilauea.checking.report.junit import as_junit
 from kilauea.checking.report.page import as_page
 from kilauea.checking.report.record import Subject, as_record
 from kilauea.checking.run import Outcome
-from kilauea.output import partial_name
+from kilauea.output import partial_name, write_text
 
 RECORD = "check.json"
 """Also the mark of a folder that a former report left, and that a new one may replace."""
@@ -63,17 +63,6 @@ def write_report(folder: Path, outcome: Outcome, subject: Subject, seconds: floa
         raise CannotCheckError(f"cannot write {folder}: {error.strerror}") from None
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-
-
-def write_text(file: Path, text: str) -> None:
-    """Write a text file whole or not at all."""
-    partial = partial_name(file)
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(file)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise CannotCheckError(f"cannot write {file}: {error.strerror}") from None
 
 
 def write_image(file: Path, image: Floats) -> None:

@@ -1,0 +1,39 @@
+use kilauea_accel::Ray;
+use kilauea_math::Vec3;
+use kilauea_texture::TextureStore;
+
+use super::{InfiniteLight, Lights, Receiver, mesh};
+use crate::geometry::Geometry;
+
+impl Lights {
+    /// Density per solid angle with which [`Self::sample`] at a receiver chooses a light, by number,
+    /// and the unit direction `wi` to the point of it that is `distance` away. Zero for parallel
+    /// light, whose direction has no density.
+    pub(super) fn connection_pdf(
+        &self,
+        light: u32,
+        receiver: Receiver,
+        wi: Vec3,
+        distance: f32,
+        geometry: &Geometry,
+        textures: &TextureStore,
+    ) -> f32 {
+        let n_finite = self.area.len() + self.mesh.len();
+        if let Some(idx) = (light as usize).checked_sub(n_finite) {
+            let pdf = match &self.infinite[idx] {
+                InfiniteLight::Distant(l) => l.radiance_and_pdf(wi).map_or(0.0, |(_, pdf)| pdf),
+                InfiniteLight::Dome(l) => l.radiance_and_pdf(Some(receiver.n), wi, textures).1,
+            };
+            let infinite = 1.0 - self.finite_probability(receiver);
+            return pdf * infinite * self.infinite_probability(receiver, idx);
+        }
+        let pdf = match self.area.get(light as usize) {
+            Some(area) => area
+                .intersect(&Ray::new(receiver.p, wi))
+                .map_or(0.0, |hit| area.pdf(receiver.p, wi, &hit)),
+            None => mesh::pdf(&self.mesh.corners(light, geometry), wi, distance),
+        };
+        let choice = self.tree.probability(receiver.p, receiver.n, light);
+        pdf * self.finite_probability(receiver) * choice
+    }
+}

@@ -1,0 +1,157 @@
+//! Whether photons pay: what they would bring to the image, found by a few of them.
+
+use std::num::NonZeroUsize;
+
+use kilauea_math::Spectrum;
+use kilauea_photon::{DensityRule, Photon, PhotonClass, PhotonMap, RadiusRule, SurfaceQuery};
+use serde::Serialize;
+
+use super::importon::{Importon, ImportonRequest, trace_importons};
+use super::trace::{PhotonRequest, trace_photons};
+use crate::RenderError;
+use crate::prepared::PreparedScene;
+
+/// Paths of light that are enough to tell.
+const N_PILOT: u32 = 1 << 15;
+/// Photons that an estimate takes.
+const N_NEAREST: NonZeroUsize = NonZeroUsize::new(32).expect("not zero");
+/// Least share of the light of an image that is worth a map of caustic photons: what a path tracer
+/// finds of it are fireflies.
+const MIN_CAUSTIC_SHARE: f64 = 2e-3;
+/// Least share of the light of an image that is worth a map of global photons.
+const MIN_INDIRECT_SHARE: f64 = 0.05;
+
+/// Of the light that the first rough surfaces send to the camera, how much came over what.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct LightShares {
+    /// Straight from a light.
+    pub direct: f64,
+    /// Over specular surfaces alone.
+    pub caustic: f64,
+    /// Over any others.
+    pub indirect: f64,
+}
+
+/// Whether photons of each class are worth their time, and why.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PhotonBenefit {
+    /// What the image would get of them.
+    pub shares: LightShares,
+    /// Photons of this class are worth it.
+    pub caustic: bool,
+    /// Photons of this class are worth it.
+    pub global: bool,
+    /// For each class that is not, in words with figures.
+    pub skipped: Vec<String>,
+}
+
+/// Estimates what photons would bring to an image of so many pixels.
+///
+/// # Errors
+/// If a shader panics.
+pub fn photon_benefit(
+    prepared: &PreparedScene,
+    resolution: [u32; 2],
+    request: &PhotonRequest,
+) -> Result<PhotonBenefit, RenderError> {
+    let importons = trace_importons(
+        prepared,
+        &ImportonRequest {
+            resolution,
+            block: 4,
+            max_depth: request.max_depth,
+            max_rough: 1,
+            seed: request.seed,
+            n_threads: request.n_threads,
+        },
+    )?;
+    let pilot = PhotonRequest {
+        n_emitted: N_PILOT.min(request.n_emitted),
+        ..*request
+    };
+    let traced = trace_photons(prepared, &pilot)?;
+    let shares = LightShares::at(&importons, &traced.photons);
+    Ok(PhotonBenefit::of(shares))
+}
+
+impl LightShares {
+    /// Of the light that photons bring to importons.
+    pub fn at(importons: &[Importon], photons: &[Photon]) -> Self {
+        let [direct, caustic, indirect] =
+            [Kind::Direct, Kind::Caustic, Kind::Indirect].map(|kind| {
+                let of_kind = photons.iter().filter(|photon| Kind::of(photon) == kind);
+                let map = PhotonMap::build(&of_kind.copied().collect::<Vec<_>>());
+                scattered_to_camera(importons, &map)
+            });
+        let total = direct + caustic + indirect;
+        let share = |part: f64| if total > 0.0 { part / total } else { 0.0 };
+        Self {
+            direct: share(direct),
+            caustic: share(caustic),
+            indirect: share(indirect),
+        }
+    }
+}
+
+/// What a photon has seen before.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Direct,
+    Caustic,
+    Indirect,
+}
+
+impl Kind {
+    fn of(photon: &Photon) -> Self {
+        match photon.class {
+            PhotonClass::Caustic { .. } => Self::Caustic,
+            PhotonClass::Global if photon.depth == 0 => Self::Direct,
+            PhotonClass::Global => Self::Indirect,
+        }
+    }
+}
+
+/// Luminance that the camera gets of a map's photons.
+fn scattered_to_camera(importons: &[Importon], map: &PhotonMap) -> f64 {
+    let radius = RadiusRule::Nearest {
+        k: N_NEAREST,
+        max_radius: f32::INFINITY,
+    };
+    let rule = DensityRule::default();
+    let of_importon = |importon: &Importon| {
+        let query = SurfaceQuery {
+            p: importon.p,
+            n: importon.n,
+        };
+        let irradiance: Spectrum = map.irradiance_by(&query, radius, &rule).value;
+        f64::from((importon.throughput * importon.albedo * irradiance).luminance())
+    };
+    importons.iter().map(of_importon).sum()
+}
+
+impl PhotonBenefit {
+    fn of(shares: LightShares) -> Self {
+        let caustic = shares.caustic >= MIN_CAUSTIC_SHARE;
+        let global = shares.indirect >= MIN_INDIRECT_SHARE;
+        let line = |class: &str, share: f64, least: f64| {
+            format!(
+                "{class} photons: they bring {:.2} % of the light, less than {:.1} %",
+                100.0 * share,
+                100.0 * least
+            )
+        };
+        let mut skipped = Vec::new();
+        if !caustic {
+            skipped.push(line("caustic", shares.caustic, MIN_CAUSTIC_SHARE));
+        }
+        if !global {
+            skipped.push(line("global", shares.indirect, MIN_INDIRECT_SHARE));
+        }
+        Self {
+            shares,
+            caustic,
+            global,
+            skipped,
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Numbered paths as SPOTs of the dataflow engine: how they are shared out, and put in order again.
+
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+use kilauea_scene::Shading;
+use kilauea_spot::{Bytes, Context, Engine, Job, Pool, Program, Queue, RunError, Runtime};
+
+use crate::integrator::{Answer, Question, RayTracer};
+
+/// Follows paths that depend on nothing but their number.
+pub(super) trait Follow: Sync {
+    /// What paths leave behind, one after the other.
+    type Left: Default + Send;
+
+    /// Follows the path with that number.
+    fn follow<P, C>(&self, number: u32, left: &mut Self::Left, cx: &C) -> impl Future<Output = ()>
+    where
+        P: Program<Question = Question, Answer = Answer>,
+        C: Context<P>;
+}
+
+/// On how many threads paths are followed, and how their questions are answered: neither changes
+/// what they leave.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Workforce {
+    pub(super) n_threads: usize,
+    pub(super) shading: Shading,
+}
+
+impl Workforce {
+    /// Threads that answer their own questions.
+    pub(super) fn inline(n_threads: usize) -> Self {
+        Self {
+            n_threads,
+            shading: Shading::Inline,
+        }
+    }
+}
+
+/// Follows the paths with the numbers from 0 to `n_paths`. What they leave is in the order of their
+/// numbers, some paths together.
+pub(super) fn follow_all<F: Follow, const CUTOUTS: bool>(
+    follower: F,
+    n_paths: u32,
+    answerer: &RayTracer<'_, CUTOUTS>,
+    workforce: Workforce,
+) -> Result<Vec<F::Left>, RunError> {
+    let Workforce { n_threads, shading } = workforce;
+    let job = PathsJob::<F> {
+        n_paths,
+        per_root: match shading {
+            Shading::Inline => 256,
+            // While one path waits, others go on.
+            Shading::Queued | Shading::Bytes => 1,
+        },
+        left: Mutex::default(),
+    };
+    let engine = Engine::new(n_threads);
+    let program = FollowProgram(follower);
+    match shading {
+        Shading::Inline => engine.run_inline(&program, answerer, &job),
+        Shading::Queued => engine.run_queued(&program, &Queue::new(answerer), n_threads, &job),
+        Shading::Bytes => engine.run_queued(&program, &Bytes::new(answerer), n_threads, &job),
+    }?;
+    Ok(job
+        .left
+        .into_inner()
+        .unwrap_or_else(PoisonError::into_inner))
+}
+
+/// A SPOT follows some paths, one after the other.
+struct FollowProgram<F>(F);
+
+/// All paths, cut into roots.
+struct PathsJob<F: Follow> {
+    n_paths: u32,
+    per_root: u32,
+    /// By root, as they end.
+    left: Mutex<Vec<F::Left>>,
+}
+
+impl<F: Follow> FollowProgram<F> {
+    async fn follow_some<C: Context<Self>>(&self, numbers: Range<u32>, cx: C) -> F::Left {
+        let mut left = F::Left::default();
+        for number in numbers {
+            self.0.follow(number, &mut left, &cx).await;
+        }
+        left
+    }
+}
+
+impl<F: Follow> Program for FollowProgram<F> {
+    type Work = Range<u32>;
+    type Output = F::Left;
+    type Question = Question;
+    type Answer = Answer;
+
+    fn starter<'a, R: Runtime<'a, Self>>(
+        &'a self,
+        runtime: &R,
+    ) -> impl Fn(Range<u32>, R::Context) -> R::Started {
+        let paths = runtime.pool();
+        move |numbers, cx| paths.start("paths", self.follow_some(numbers, cx))
+    }
+}
+
+impl<F: Follow> Job<FollowProgram<F>> for PathsJob<F> {
+    fn root(&self, number: u64) -> Option<Range<u32>> {
+        let first = number.checked_mul(u64::from(self.per_root))?;
+        let first = u32::try_from(first).ok().filter(|&n| n < self.n_paths)?;
+        let end = first.saturating_add(self.per_root).min(self.n_paths);
+        Some(first..end)
+    }
+
+    fn done(&self, number: u64, output: F::Left) {
+        let mut left = self.left.lock().unwrap_or_else(PoisonError::into_inner);
+        let idx = number as usize;
+        if left.len() <= idx {
+            left.resize_with(idx + 1, F::Left::default);
+        }
+        left[idx] = output;
+    }
+}

@@ -1,0 +1,112 @@
+//! Scattering of light on its way from a light, where BSDFs are made for the way from the camera.
+
+use kilauea_bsdf::{Bsdf, BsdfSample, SeenBsdf};
+use kilauea_math::{Spectrum, Vec2, Vec3};
+
+use super::horizons::BetweenHorizons;
+
+/// Light that leaves a surface, as shares of what arrived.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ScatteredLight {
+    /// Where it goes: a unit vector.
+    pub(super) wo: Vec3,
+    /// What diffuse lobes made of it.
+    pub(super) diffuse: Spectrum,
+    /// What all other lobes made of it.
+    pub(super) specular: Spectrum,
+    /// Density of `wo`; for delta lobes the probability of the lobe.
+    pub(super) pdf: f32,
+    /// Density with which a camera path that comes along `wo` would go on to where the light came
+    /// from; for delta lobes the probability of the lobe.
+    pub(super) reverse_pdf: f32,
+    /// Whether `wo` was the only direction possible.
+    pub(super) is_delta: bool,
+    /// Whether light crossed the surface.
+    pub(super) is_transmission: bool,
+    /// Roughness of the lobe that was drawn from.
+    pub(super) roughness: f32,
+}
+
+/// Draws where light goes on that arrives from the unit vector `wi`; `ng` is the geometric normal on
+/// either side, `seen` is `bsdf` seen from `wi`.
+///
+/// What scatters is the adjoint of the BSDF: f(wi → wo) as seen from wo, the camera's side, times
+/// the cosines of Veach (1997, eq. 5.19), |wi·ns| |wo·ng| / |wi·ng|. The photons arrive by area of
+/// the true surface, and the shading normal changes what of them is scattered.
+pub(super) fn sample_adjoint(
+    bsdf: &Bsdf,
+    seen: &SeenBsdf,
+    ng: Vec3,
+    wi: Vec3,
+    [u_lobe, u_x, u_y]: [f32; 3],
+) -> Option<ScatteredLight> {
+    let side = if wi.dot(ng) < 0.0 { -1.0 } else { 1.0 };
+    let (ng, ns) = (side * ng, side * bsdf.ns());
+    let below = BetweenHorizons::of(ng, ns).filter(|_| seen.has_smooth_lobes());
+    let share_below = below.map_or(0.0, |below| below.share());
+    let sample = match below {
+        Some(below) if u_lobe < share_below => {
+            let (wo, pdf) = below.sample(Vec2::new(u_x, u_y));
+            BsdfSample {
+                wi: wo,
+                pdf: pdf * share_below,
+                diffuse: Spectrum::BLACK,
+                specular: Spectrum::BLACK,
+                is_delta: false,
+                is_transmission: false,
+                is_diffuse: false,
+                roughness: 1.0,
+            }
+        }
+        _ => {
+            let above = 1.0 - share_below;
+            let sample = seen.sample([(u_lobe - share_below) / above, u_x, u_y])?;
+            BsdfSample {
+                pdf: sample.pdf * above,
+                diffuse: sample.diffuse / above,
+                specular: sample.specular / above,
+                ..sample
+            }
+        }
+    };
+    weigh(bsdf, ng, ns, wi, &sample)
+}
+
+/// The share of light that goes into a direction which was drawn with the density of `sample`.
+fn weigh(bsdf: &Bsdf, ng: Vec3, ns: Vec3, wi: Vec3, sample: &BsdfSample) -> Option<ScatteredLight> {
+    let BsdfSample {
+        wi: wo,
+        pdf,
+        is_delta,
+        is_transmission,
+        roughness,
+        ..
+    } = *sample;
+    let true_cosines = wo.dot(ng).abs() / wi.dot(ng).abs();
+    if !true_cosines.is_finite() {
+        return None;
+    }
+    let (diffuse, specular, reverse_pdf) = if is_delta {
+        // The sample's weight has f |wo·ns|.
+        let factor = wi.dot(ns).abs() / wo.dot(ns).abs() * true_cosines;
+        (sample.diffuse * factor, sample.specular * factor, pdf)
+    } else {
+        // Has f |wi·ns|.
+        let eval = bsdf.seen_from(wo).eval(wi);
+        let factor = true_cosines / pdf;
+        (eval.diffuse * factor, eval.specular * factor, eval.pdf)
+    };
+    Some(ScatteredLight {
+        wo,
+        diffuse,
+        specular,
+        pdf,
+        reverse_pdf,
+        is_delta,
+        is_transmission,
+        roughness,
+    })
+}
+
+#[cfg(test)]
+mod tests;

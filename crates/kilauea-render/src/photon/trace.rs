@@ -1,0 +1,106 @@
+use std::time::Instant;
+
+use kilauea_photon::Photon;
+use kilauea_scene::Shading;
+
+use super::counts::PhotonCounts;
+use super::follow::{Workforce, follow_all};
+use super::tracer::PhotonTracer;
+use crate::RenderError;
+use crate::integrator::{Air, Blame, Media, MediumStack, RayTracer};
+use crate::light::Emitter;
+use crate::prepared::PreparedScene;
+use crate::sampler::SamplerTables;
+
+/// What to trace.
+#[derive(Clone, Copy, Debug)]
+pub struct PhotonRequest {
+    /// Paths that leave lights.
+    pub n_emitted: u32,
+    /// Surfaces that a path meets at most.
+    pub max_depth: u32,
+    /// Makes other, equally good photons.
+    pub seed: u32,
+    /// Engine threads.
+    pub n_threads: usize,
+    /// How questions of paths are answered. The photons are the same.
+    pub shading: Shading,
+}
+
+/// Photons of a scene.
+#[derive(Clone, Debug, Default)]
+pub struct TracedPhotons {
+    /// In the order of their paths; of one path, in the order of its surfaces.
+    pub photons: Vec<Photon>,
+    /// What was done for them.
+    pub counts: PhotonCounts,
+    /// How long that took.
+    pub seconds: f64,
+}
+
+/// Traces the photons of a scene. Their powers are divided by the number of paths emitted.
+///
+/// Light of which photons have none: that of emissive meshes that move, of emissive curves and
+/// points, which no ray is aimed at either, and channels in which a light is less than black.
+///
+/// # Errors
+/// If a shader panics.
+pub fn trace_photons(
+    prepared: &PreparedScene,
+    request: &PhotonRequest,
+) -> Result<TracedPhotons, RenderError> {
+    let needs = &prepared.needs;
+    match (needs.media, needs.cutouts || needs.nested_media) {
+        (false, false) => trace::<false, Air>(prepared, request),
+        (false, true) => trace::<true, Air>(prepared, request),
+        (true, false) => trace::<false, MediumStack>(prepared, request),
+        (true, true) => trace::<true, MediumStack>(prepared, request),
+    }
+}
+
+fn trace<const CUTOUTS: bool, M: Media>(
+    prepared: &PreparedScene,
+    request: &PhotonRequest,
+) -> Result<TracedPhotons, RenderError> {
+    /// Keeps the numbers of photons apart from those of camera paths.
+    const PHOTON_SEED: u32 = 0x5bf0_3635;
+    let start = Instant::now();
+    let PreparedScene {
+        geometry,
+        lights,
+        textures,
+        ..
+    } = prepared;
+    let &PhotonRequest {
+        n_emitted,
+        max_depth,
+        seed,
+        n_threads,
+        shading,
+    } = request;
+    let emitter = Emitter::new(lights, geometry, textures);
+    if emitter.is_empty() || n_emitted == 0 {
+        return Ok(TracedPhotons::default());
+    }
+    let blame = Blame::default();
+    let tables = SamplerTables::new(n_emitted, max_depth, seed ^ PHOTON_SEED);
+    let tracer = PhotonTracer::<CUTOUTS, M>::new(&emitter, prepared, &blame, request, &tables);
+    let answerer = RayTracer::<CUTOUTS> {
+        geometry,
+        textures,
+        blame: &blame,
+    };
+    let workforce = Workforce { n_threads, shading };
+    let left = follow_all(tracer, n_emitted, &answerer, workforce)
+        .map_err(|error| RenderError::of_run(error, &blame, geometry))?;
+    let mut traced = TracedPhotons::default();
+    traced
+        .photons
+        .reserve_exact(left.iter().map(|l| l.photons.len()).sum());
+    for left in left {
+        traced.counts.add(&left.counts);
+        traced.photons.extend(left.photons);
+    }
+    traced.seconds = start.elapsed().as_secs_f64();
+    Ok(traced)
+}

@@ -1,0 +1,289 @@
+use kilauea_bsdf::{Bsdf, SeenBsdf};
+use kilauea_math::Spectrum;
+use kilauea_math::hash::unit_f32;
+use kilauea_photon::{LightSubpath, Photon, PhotonClass};
+use kilauea_spot::{Context, Program};
+
+use super::follow::Follow;
+use super::history::History;
+use super::meeting::Meeting;
+use super::scatter::{ScatteredLight, sample_adjoint};
+use super::surfaces::{Surfaces, Traveller, Vertex};
+use super::{MIN_ROUGHNESS, PhotonCounts, PhotonRequest};
+use crate::integrator::{Answer, Blame, Media, Question};
+use crate::light::{EmittedPhoton, Emitter, Receiver};
+use crate::needs::SceneNeeds;
+use crate::prepared::PreparedScene;
+use crate::sampler::{PixelSequence, Purpose, Sampler, SamplerTables};
+
+/// Follows photons from surface to surface. `CUTOUTS` and `M` as in the path integrator.
+pub(super) struct PhotonTracer<'a, const CUTOUTS: bool, M> {
+    emitter: &'a Emitter<'a>,
+    surfaces: Surfaces<'a>,
+    blame: &'a Blame,
+    needs: SceneNeeds,
+    max_depth: u32,
+    /// One over the number of paths.
+    share: f32,
+    /// Width of what a photon stands for: textures need not be sharper.
+    footprint: f32,
+    sequence: PixelSequence<'a>,
+    /// The media that each source of light is in.
+    media_of_source: Vec<M>,
+}
+
+/// What some paths left.
+#[derive(Default)]
+pub(super) struct LeftPhotons {
+    pub(super) photons: Vec<Photon>,
+    pub(super) counts: PhotonCounts,
+}
+
+/// Light on its way.
+struct LightPath<M> {
+    emitted: EmittedPhoton,
+    /// Carries watts, divided by the number of paths.
+    traveller: Traveller<M>,
+    history: History,
+    /// Surfaces met before.
+    depth: u32,
+}
+
+impl<const CUTOUTS: bool, M: Media> Follow for PhotonTracer<'_, CUTOUTS, M> {
+    type Left = LeftPhotons;
+
+    async fn follow<P, C>(&self, number: u32, left: &mut LeftPhotons, cx: &C)
+    where
+        P: Program<Question = Question, Answer = Answer>,
+        C: Context<P>,
+    {
+        left.counts.emitted += 1;
+        let sampler = self.sequence.sampler(number);
+        let Some(mut path) = self.emit(&sampler) else {
+            return;
+        };
+        while path.depth < self.max_depth {
+            left.counts.rays += 1;
+            let ray = &path.traveller.ray;
+            let question = Question::closest::<CUTOUTS>(ray, &sampler, path.depth);
+            let Some(hit) = cx.ask(question).await.hit() else {
+                left.counts.invalid_rays += u64::from(!path.traveller.ray.is_valid());
+                break;
+            };
+            let met = self.surfaces.meet(&mut path.traveller, hit, self.footprint);
+            let Some(vertex) = met else { continue };
+            match self.meeting(&path, &vertex) {
+                Meeting::Arrives => {}
+                Meeting::Blocked => break,
+                Meeting::Divides => {
+                    if path.goes_on_behind(&vertex, &sampler) {
+                        continue;
+                    }
+                }
+            }
+            if !self.arrive(&mut path, &vertex, number, left, &sampler) {
+                break;
+            }
+        }
+        let media = &path.traveller.media;
+        left.counts.in_too_many_media += u64::from(media.has_overflowed());
+    }
+}
+
+impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
+    pub(super) fn new(
+        emitter: &'a Emitter<'a>,
+        prepared: &'a PreparedScene,
+        blame: &'a Blame,
+        request: &PhotonRequest,
+        tables: &'a SamplerTables,
+    ) -> Self {
+        let PreparedScene {
+            geometry, textures, ..
+        } = prepared;
+        let media = |p| M::around(p, geometry, textures);
+        Self {
+            emitter,
+            surfaces: Surfaces { geometry, textures },
+            blame,
+            needs: prepared.needs,
+            max_depth: request.max_depth,
+            share: 1.0 / request.n_emitted as f32,
+            footprint: (emitter.mean_cross_section() / request.n_emitted as f32).sqrt(),
+            sequence: tables.pixel([0, 0]),
+            media_of_source: emitter.sources().map(media).collect(),
+        }
+    }
+
+    fn emit(&self, sampler: &Sampler<'_>) -> Option<LightPath<M>> {
+        let emitted = self.emitter.emit(
+            sampler.pair(Purpose::EmittingLight),
+            sampler.pair(Purpose::EmittedDirection),
+            sampler.pair(Purpose::EmittedPoint),
+        )?;
+        let mut ray = emitted.ray;
+        if self.needs.motion {
+            ray.time = sampler.pair(Purpose::Time).x;
+        }
+        let source = emitted.source.map(|idx| self.media_of_source[idx as usize]);
+        let power = emitted.power * self.share;
+        Some(LightPath {
+            traveller: Traveller::new(ray, power, source.unwrap_or(M::AIR)),
+            history: History::Straight(LightSubpath::emitted(emitted.density, 1.0)),
+            depth: 0,
+            emitted,
+        })
+    }
+
+    fn meeting(&self, path: &LightPath<M>, vertex: &Vertex<'_, M>) -> Meeting {
+        if !self.needs.masks || path.depth > 0 {
+            return Meeting::Arrives;
+        }
+        Meeting::of(self.surfaces.geometry.met_by(vertex.interaction.at))
+    }
+
+    /// Keeps a photon where others will look for it, and sends the path on; false where it ends.
+    fn arrive(
+        &self,
+        path: &mut LightPath<M>,
+        vertex: &Vertex<'_, M>,
+        number: u32,
+        left: &mut LeftPhotons,
+        sampler: &Sampler<'_>,
+    ) -> bool {
+        let interaction = &vertex.interaction;
+        let surface = &interaction.surface;
+        path.history = path.history.arrived(surface.wo.dot(surface.ng).abs());
+        let _shading = self.blame.shading(interaction.at);
+        let bsdf = interaction.shader.bsdf(surface);
+        let seen = bsdf.seen_from(surface.wo);
+        if seen.max_roughness() >= Some(MIN_ROUGHNESS) {
+            left.keep(path.photon(vertex, number));
+        }
+        self.scatter(path, vertex, &bsdf, &seen, sampler)
+    }
+
+    /// Sends a path on; false where it ends.
+    ///
+    /// Paths end by chance as often as surfaces absorb light (Arvo & Kirk 1990), so that photons
+    /// that are left are about as powerful as those that were emitted.
+    fn scatter(
+        &self,
+        path: &mut LightPath<M>,
+        vertex: &Vertex<'_, M>,
+        bsdf: &Bsdf,
+        seen: &SeenBsdf,
+        sampler: &Sampler<'_>,
+    ) -> bool {
+        let surface = &vertex.interaction.surface;
+        let depth = path.depth;
+        let u = sampler.pair(Purpose::Direction(depth));
+        let u = [sampler.pair(Purpose::Choice(depth)).y, u.x, u.y];
+        let Some(scattered) = sample_adjoint(bsdf, seen, surface.ng, surface.wo, u) else {
+            return false;
+        };
+        let [diffuse, specular] = path.multipliers();
+        let share = scattered.diffuse * diffuse + scattered.specular * specular;
+        let before = path.traveller.carried;
+        let after = before * share;
+        let survival = (after.max_channel() / before.max_channel()).min(1.0);
+        // What is not a number ends here too.
+        let is_alive = unit_f32(sampler.key(0x8000_0000 | depth)) < survival;
+        if !is_alive || !after.is_finite() {
+            return false;
+        }
+        path.history = if scattered.roughness < MIN_ROUGHNESS {
+            let reverse_pdf = self.reverse_pdf(path, vertex, &scattered);
+            let cos_out = scattered.wo.dot(surface.ng).abs();
+            path.history.reflected(scattered.pdf, reverse_pdf, cos_out)
+        } else {
+            History::Scattered
+        };
+        let traveller = &mut path.traveller;
+        traveller.carried = after / survival;
+        traveller.leave(vertex, scattered.wo, scattered.is_transmission);
+        path.depth += 1;
+        true
+    }
+
+    /// Density with which camera paths that come the other way find what the light came from: by
+    /// scattering, and at the first surface also by choosing a direction to the light.
+    fn reverse_pdf(
+        &self,
+        path: &LightPath<M>,
+        vertex: &Vertex<'_, M>,
+        scattered: &ScatteredLight,
+    ) -> f32 {
+        if !path.history.is_straight() {
+            return scattered.reverse_pdf;
+        }
+        let by_scattering = if path.emitted.is_delta {
+            0.0
+        } else {
+            scattered.reverse_pdf
+        };
+        if scattered.is_delta {
+            return by_scattering;
+        }
+        let surface = &vertex.interaction.surface;
+        let receiver = Receiver::facing(surface.p, surface.ns, scattered.wo);
+        let light = path.emitted.light;
+        let by_light = self
+            .emitter
+            .connection_pdf(light, receiver, surface.wo, vertex.distance);
+        by_scattering + by_light
+    }
+}
+
+impl<M: Media> LightPath<M> {
+    /// What the light's multipliers make of scattering by diffuse and by specular lobes.
+    fn multipliers(&self) -> [f32; 2] {
+        if self.history.is_straight() {
+            [self.emitted.diffuse, self.emitted.specular]
+        } else {
+            [1.0; 2]
+        }
+    }
+
+    /// The photon that is left where the path has arrived.
+    fn photon(&self, vertex: &Vertex<'_, M>, number: u32) -> Photon {
+        let [diffuse, _] = self.multipliers();
+        let surface = &vertex.interaction.surface;
+        Photon {
+            p: surface.p,
+            power: self.traveller.carried * diffuse,
+            wi: surface.wo,
+            n: vertex.n(),
+            light_idx: self.emitted.light,
+            class: self.history.class(),
+            path_idx: number,
+            depth: u16::try_from(self.depth).unwrap_or(u16::MAX),
+        }
+    }
+
+    /// Of light that a surface lets through as a whole and receives as a whole, follows one half,
+    /// with the power of both: whether it is the one that goes through.
+    fn goes_on_behind(&mut self, vertex: &Vertex<'_, M>, sampler: &Sampler<'_>) -> bool {
+        self.traveller.carried *= 2.0;
+        // Another number for each surface on the way.
+        let key = sampler.key(0x4000_0000 | vertex.distance.to_bits() >> 2);
+        let goes_on = unit_f32(key) < 0.5;
+        if goes_on {
+            self.traveller.pass(vertex);
+        }
+        goes_on
+    }
+}
+
+impl LeftPhotons {
+    fn keep(&mut self, photon: Photon) {
+        if photon.power == Spectrum::BLACK {
+            return;
+        }
+        match photon.class {
+            PhotonClass::Caustic { .. } => self.counts.stored_caustic += 1,
+            PhotonClass::Global => self.counts.stored_global += 1,
+        }
+        self.photons.push(photon);
+    }
+}
