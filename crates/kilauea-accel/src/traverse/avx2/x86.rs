@@ -403,6 +403,11 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
     }
 
     #[inline(always)]
+    fn last_lane(self, mask: u32) -> usize {
+        predicted((mask.ilog2() & 7) as usize)
+    }
+
+    #[inline(always)]
     fn item<T>(self, items: &[T], link: u32) -> &T {
         debug_assert!((link as usize) < items.len());
         // SAFETY: links come from nodes of the same tree, built only by this crate, and every
