@@ -468,6 +468,10 @@ fn position_apart<L: Line>(
 /// The same, as something that the compiler does not know. It would read all of it before a loop, to
 /// write most of that back into memory for want of registers.
 #[inline(always)]
+#[allow(
+    clippy::pointers_in_nomem_asm_block,
+    reason = "nothing is read there: the address only passes through"
+)]
 fn read_here<T>(x: &T) -> &T {
     let mut address: *const T = x;
     // SAFETY: no instruction is executed, and the address stays that of `x`.
