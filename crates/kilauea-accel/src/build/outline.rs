@@ -15,7 +15,7 @@ pub(super) struct Outline {
 }
 
 /// The wide nodes of a tree or subtree, the root first, and the binary nodes that become its leaves.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Outlines {
     pub(super) nodes: Vec<Outline>,
     pub(super) leaves: Vec<u32>,
@@ -133,19 +133,14 @@ impl Outline {
         outline
     }
 
-    /// Puts the children in the order in which a walk for any hit should try them: leaves first, which
-    /// can end it at once, the large ones before the small; then nodes, small ones first, which are
-    /// soon searched.
+    /// Puts the children in the order in which a walk for any hit should try them, from the last on:
+    /// leaves, which can end it at once, then nodes, and large ones before small.
     fn order_for_any_hit(&mut self, bvh: &Bvh2, choices: &Choices) {
-        let key = |root: u32| {
-            let area = bvh.nodes[root as usize].aabb().half_area();
-            let is_leaf = choices.is_leaf(root);
-            (!is_leaf, if is_leaf { -area } else { area })
-        };
+        let area = |root: u32| bvh.nodes[root as usize].aabb().half_area();
         self.binary[..self.len].sort_unstable_by(|&a, &b| {
-            let ((is_node_a, area_a), (is_node_b, area_b)) = (key(a), key(b));
-            let nodes_last = is_node_a.cmp(&is_node_b);
-            nodes_last.then(area_a.total_cmp(&area_b)).then(a.cmp(&b))
+            let leaves_last = choices.is_leaf(a).cmp(&choices.is_leaf(b));
+            let large_last = area(a).total_cmp(&area(b));
+            leaves_last.then(large_last).then(a.cmp(&b))
         });
     }
 

@@ -96,6 +96,12 @@ pub(crate) trait Kernel: Copy {
         (mask.trailing_zeros() & 7) as usize
     }
 
+    /// The highest lane of a mask that is not empty, which the processor may guess.
+    #[inline(always)]
+    fn last_lane(self, mask: u32) -> usize {
+        (mask.ilog2() & 7) as usize
+    }
+
     /// The item that a link of the tree names.
     fn item<T>(self, items: &[T], link: u32) -> &T;
 

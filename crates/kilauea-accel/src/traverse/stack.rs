@@ -101,8 +101,7 @@ impl Storage for [Entry; STACK_CAPACITY] {
 /// Links still to visit in no order, with room for [`STACK_CAPACITY`].
 pub(crate) trait Links {
     fn new() -> Self;
-    /// Writes the links of the lanes in `mask` from `len` on, the first lane last, and gives how many
-    /// there are then.
+    /// Writes the links of the lanes in `mask` from `len` on and gives how many there are then.
     fn push_lanes(&mut self, len: usize, links: &[u32; 8], mask: u32) -> usize;
     /// Reads a link that was written.
     fn read(&self, index: usize) -> u32;
@@ -117,7 +116,6 @@ impl Links for [u32; STACK_CAPACITY] {
         for (_, link) in links
             .iter()
             .enumerate()
-            .rev()
             .filter(|(lane, _)| mask >> lane & 1 != 0)
         {
             self[len] = *link;

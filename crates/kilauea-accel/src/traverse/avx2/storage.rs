@@ -48,7 +48,7 @@ impl Links for UncheckedLinks {
         // SAFETY: the processor has AVX2, since only its kernel makes such a stack; builds bound
         // the entries of every walk by the capacity, and there is room for eight more.
         unsafe {
-            let order = &raw const LANES_BY_MASK[(mask & 255) as usize];
+            let order = &raw const FIRST_LANES[(mask & 255) as usize];
             let order = _mm256_cvtepu8_epi32(_mm_loadl_epi64(order.cast()));
             let lanes = _mm256_loadu_si256(links.as_ptr().cast());
             let packed = _mm256_permutevar8x32_epi32(lanes, order);
@@ -65,18 +65,18 @@ impl Links for UncheckedLinks {
     }
 }
 
-/// By mask: the lanes in it, from the last to the first.
-static LANES_BY_MASK: [[u8; 8]; 256] = {
+/// By mask: the lanes in it, in order.
+static FIRST_LANES: [[u8; 8]; 256] = {
     let mut lanes = [[0; 8]; 256];
     let mut mask = 0;
     while mask < 256 {
-        let (mut lane, mut n) = (8, 0);
-        while lane > 0 {
-            lane -= 1;
+        let (mut lane, mut n) = (0, 0);
+        while lane < 8 {
             if mask >> lane & 1 == 1 {
                 lanes[mask][n] = lane as u8;
                 n += 1;
             }
+            lane += 1;
         }
         mask += 1;
     }

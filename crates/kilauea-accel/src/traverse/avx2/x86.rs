@@ -403,6 +403,11 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
     }
 
     #[inline(always)]
+    fn last_lane(self, mask: u32) -> usize {
+        predicted((mask.ilog2() & 7) as usize)
+    }
+
+    #[inline(always)]
     fn item<T>(self, items: &[T], link: u32) -> &T {
         debug_assert!((link as usize) < items.len());
         // SAFETY: links come from nodes of the same tree, built only by this crate, and every
@@ -463,6 +468,10 @@ fn position_apart<L: Line>(
 /// The same, as something that the compiler does not know. It would read all of it before a loop, to
 /// write most of that back into memory for want of registers.
 #[inline(always)]
+#[allow(
+    clippy::pointers_in_nomem_asm_block,
+    reason = "nothing is read there: the address only passes through"
+)]
 fn read_here<T>(x: &T) -> &T {
     let mut address: *const T = x;
     // SAFETY: no instruction is executed, and the address stays that of `x`.
