@@ -7,22 +7,22 @@ use kilauea_spot::{Context, Program};
 use crate::camera::CameraRay;
 use crate::frame::Frame;
 use crate::integrator::{
-    Answer, Fault, FirstFault, Media, PathIntegrator, Question, RayCounts, SampleId, Step,
+    Answer, Fault, FirstFault, Guide, Media, PathIntegrator, Question, RayCounts, SampleId, Step,
 };
 use crate::sampler::{PixelSequence, Purpose, Sampler};
 
 /// Takes samples of pixels.
-pub(crate) struct PixelSampler<'f, const CUTOUTS: bool, M> {
+pub(crate) struct PixelSampler<'f, const CUTOUTS: bool, M, G> {
     pub(crate) frame: &'f Frame,
-    pub(crate) integrator: PathIntegrator<'f, CUTOUTS, M>,
+    pub(crate) integrator: PathIntegrator<'f, CUTOUTS, M, G>,
 }
 
 /// A pixel of which samples are taken.
 #[derive(Clone, Copy)]
 pub(crate) struct SampledPixel<'f> {
     /// Column and row.
-    position: [i32; 2],
-    sequence: PixelSequence<'f>,
+    pub(crate) position: [i32; 2],
+    pub(crate) sequence: PixelSequence<'f>,
 }
 
 /// Where a sample begins.
@@ -34,7 +34,7 @@ pub(crate) struct SampleStart<'f> {
     offset_sq: f32,
 }
 
-impl<const CUTOUTS: bool, M: Media> PixelSampler<'_, CUTOUTS, M> {
+impl<const CUTOUTS: bool, M: Media, G: Guide> PixelSampler<'_, CUTOUTS, M, G> {
     /// The pixel with that number in a tile.
     pub(crate) fn pixel(&self, tile: u32, pixel_idx: u32) -> SampledPixel<'_> {
         let position = self.frame.passes.pixel(tile, pixel_idx);
@@ -94,6 +94,8 @@ impl<const CUTOUTS: bool, M: Media> PixelSampler<'_, CUTOUTS, M> {
     {
         let first = FirstFault::default();
         let mut counts = RayCounts::default();
+        let mut trail = G::Trail::default();
+        self.integrator.guide.begin(&mut trail, pixel.position);
         self.integrator
             .watched_by(&first)
             .trace(
@@ -101,6 +103,7 @@ impl<const CUTOUTS: bool, M: Media> PixelSampler<'_, CUTOUTS, M> {
                 &self.frame.camera,
                 &start.sampler,
                 &mut counts,
+                &mut trail,
                 cx,
             )
             .await;

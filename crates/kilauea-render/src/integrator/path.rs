@@ -12,6 +12,7 @@ use std::pin::pin;
 use super::blame::Blame;
 use super::cone::RayCone;
 use super::fault::{Step, Unwatched, Watch};
+use super::guide::{Guide, Unguided};
 use super::media::{Media, is_hidden};
 use super::question::{Answer, Question};
 use super::shade::{Asked, PathShade};
@@ -26,7 +27,7 @@ use crate::sampler::Sampler;
 /// The path integrator. `CUTOUTS` as in [`super::RayTracer`], which it asks; `M` is what paths keep
 /// of the media around them.
 #[derive(Clone, Copy)]
-pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, W = Unwatched> {
+pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, G = Unguided, W = Unwatched> {
     /// Surfaces.
     pub geometry: &'a Geometry,
     /// Lights.
@@ -41,6 +42,8 @@ pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, W = Unwatched> {
     pub needs: SceneNeeds,
     /// The media that the camera is in.
     pub camera_media: M,
+    /// What paths know beforehand of the light that they look for.
+    pub guide: G,
     /// Where a shader that panics leaves its name.
     pub blame: &'a Blame,
     /// Sees the values of paths.
@@ -73,9 +76,9 @@ impl RayCounts {
     }
 }
 
-impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
-    /// The same integrator, under watch.
-    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, W> {
+impl<'a, const CUTOUTS: bool, M: Media, G: Guide> PathIntegrator<'a, CUTOUTS, M, G> {
+    /// The same integrator with another guide.
+    pub(crate) fn guided_by<H: Guide>(&self, guide: H) -> PathIntegrator<'a, CUTOUTS, M, H> {
         PathIntegrator {
             geometry: self.geometry,
             lights: self.lights,
@@ -84,13 +87,30 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
             samples_per_pixel: self.samples_per_pixel,
             needs: self.needs,
             camera_media: self.camera_media,
+            guide,
+            blame: self.blame,
+            watch: Unwatched,
+        }
+    }
+
+    /// The same integrator, under watch.
+    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, G, W> {
+        PathIntegrator {
+            geometry: self.geometry,
+            lights: self.lights,
+            textures: self.textures,
+            max_depth: self.max_depth,
+            samples_per_pixel: self.samples_per_pixel,
+            needs: self.needs,
+            camera_media: self.camera_media,
+            guide: self.guide,
             blame: self.blame,
             watch,
         }
     }
 }
 
-impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M, W> {
+impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, CUTOUTS, M, G, W> {
     /// Radiance along a camera ray, and what the first surface there is like.
     ///
     /// What rays meet is asked of `cx`; all else is done here. A shader ends before the path that
@@ -102,6 +122,7 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
         camera: &RayGenerator,
         sampler: &Sampler<'_>,
         counts: &mut RayCounts,
+        trail: &mut G::Trail,
         cx: &C,
     ) -> PixelSample
     where
@@ -156,6 +177,8 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
                     integrator: self,
                     vertex: &vertex,
                     path: &mut path,
+                    knowledge: self.guide.at(trail, vertex.receiver()),
+                    trail: &mut *trail,
                     sampler,
                     counts,
                     asked: &mut asked,
@@ -170,6 +193,7 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
             }
             path.throughput
                 .add(&mut out, depth + 1, scattered.diffuse, scattered.specular);
+            G::depart(trail, &out, counts);
             let Some(next) = asked.next else { break };
             if scattered.path.is_black() {
                 break;

@@ -9,6 +9,7 @@ use std::future::ready;
 use std::marker::PhantomData;
 
 use super::fault::{Step, Watch};
+use super::guide::{Guide, Knowledge};
 use super::media::Media;
 use super::path::{PathIntegrator, RayCounts};
 use super::question::{Answer, Question};
@@ -16,10 +17,18 @@ use super::walk::{Path, Vertex, power_heuristic};
 use crate::sampler::{Purpose, Sampler};
 
 /// A path at a vertex, as the shader there sees it.
-pub(super) struct PathShade<'v, 'a, P: Program, C: Context<P>, M, W, const CUTOUTS: bool> {
-    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, W>,
+pub(super) struct PathShade<'v, 'a, P, C, M, G, W, const CUTOUTS: bool>
+where
+    P: Program,
+    C: Context<P>,
+    G: Guide,
+{
+    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, G, W>,
     pub(super) vertex: &'v Vertex<'a, M>,
     pub(super) path: &'v mut Path<M>,
+    /// What is known of the light here.
+    pub(super) knowledge: G::Knowledge,
+    pub(super) trail: &'v mut G::Trail,
     pub(super) sampler: &'v Sampler<'v>,
     pub(super) counts: &'v mut RayCounts,
     pub(super) asked: &'v mut Asked<C::Reply>,
@@ -53,11 +62,12 @@ impl<R> Asked<R> {
     };
 }
 
-impl<'v, 'a, P, C, M, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, W, CUTOUTS>
+impl<'v, 'a, P, C, M, G, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, G, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
+    G: Guide,
     W: Watch,
 {
     #[inline]
@@ -69,7 +79,7 @@ where
     fn direct_light(
         &mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, G, W, CUTOUTS> {
         self.see_bsdf(bsdf);
         let direct = self.sample_lights(bsdf);
         async move {
@@ -91,7 +101,7 @@ where
     fn indirect(
         self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + use<'v, 'a, P, C, M, G, W, CUTOUTS> {
         self.see_bsdf(bsdf);
         let depth = self.vertex.depth;
         let needs = &self.integrator.needs;
@@ -102,23 +112,26 @@ where
         if depth + 1 == self.integrator.max_depth && !needs.met_lights() {
             return ready(Scattered::NOTHING);
         }
-        let is_alive = self.path.scatter(self.vertex, bsdf, self.sampler);
+        let scattered =
+            self.path
+                .scatter::<G>(self.vertex, bsdf, self.sampler, &self.knowledge, self.trail);
         self.see_scattered();
-        if !is_alive {
-            return ready(Scattered::NOTHING);
+        if scattered.path.is_black() {
+            return ready(scattered);
         }
         self.counts.indirect += 1;
         let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);
         self.asked.next = Some(self.cx.ask(question));
-        ready(Scattered::BY_PATH)
+        ready(scattered)
     }
 }
 
-impl<P, C, M, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, W, CUTOUTS>
+impl<P, C, M, G, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, G, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
+    G: Guide,
     W: Watch,
 {
     /// Estimates direct light by choosing a light (next-event estimation).
@@ -174,7 +187,8 @@ where
         let weight = if sample.is_delta {
             1.0
         } else {
-            power_heuristic(sample.pdf, eval.pdf)
+            let pdf = self.knowledge.pdf(bsdf, sample.wi, eval.pdf);
+            power_heuristic(sample.pdf, pdf)
         };
         self.counts.shadow += 1;
         self.counts.invalid += u64::from(!shadow_ray.is_valid());
