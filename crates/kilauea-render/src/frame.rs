@@ -6,15 +6,16 @@ use std::time::{Duration, Instant};
 
 use kilauea_film::{Film, Filter};
 use kilauea_math::Vec2;
-use kilauea_scene::{RenderSettings, Shading};
+use kilauea_scene::{Integrator, RenderSettings, Shading};
 use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server};
 
 use crate::RenderError;
 use crate::camera::RayGenerator;
 use crate::conditions::Conditions;
+use crate::gather::GatherEstimate;
 use crate::integrator::{
-    Air, Blame, Faults, Media, MediumStack, PathIntegrator, RayCone, RayCounts, RayTracer,
-    Unwatched, media_around,
+    Air, Blame, Faults, Guide, Means, Media, MediumStack, PathIntegrator, RayCone, RayCounts,
+    RayTracer, Unguided, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
@@ -24,6 +25,7 @@ use crate::program::{PassesJob, PixelProgram, Sampled};
 use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
 use crate::shades::Shades;
+use crate::stats::GatherStats;
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
 pub(crate) struct Frame {
@@ -57,8 +59,13 @@ pub(crate) struct Outcome {
     /// Of samples that were not finite.
     pub(crate) faults: Faults,
     pub(crate) error: Option<RenderError>,
+    /// Until final paths were traced.
+    pub(crate) gather_secs: f64,
     pub(crate) render_secs: f64,
     pub(crate) shades: Shades,
+    pub(crate) gather: GatherStats,
+    /// What final paths do with what was found.
+    pub(crate) means: Means,
 }
 
 impl Frame {
@@ -70,10 +77,10 @@ impl Frame {
     pub(crate) fn render(&self) {
         let has_cutouts = self.needs.cutouts || self.needs.nested_media;
         let result = match (self.needs.media, has_cutouts) {
-            (false, false) => self.run_passes::<false, _>(Air),
-            (false, true) => self.run_passes::<true, _>(Air),
-            (true, false) => self.run_passes::<false, _>(self.camera_media()),
-            (true, true) => self.run_passes::<true, _>(self.camera_media()),
+            (false, false) => self.run_integrator::<false, _>(Air),
+            (false, true) => self.run_integrator::<true, _>(Air),
+            (true, false) => self.run_integrator::<false, _>(self.camera_media()),
+            (true, true) => self.run_integrator::<true, _>(self.camera_media()),
         };
         let mut outcome = self.lock_outcome();
         if let Err(error) = result {
@@ -82,7 +89,7 @@ impl Frame {
             outcome.error = (error != RunError::Cancelled)
                 .then(|| RenderError::of_run(error, &self.blame, geometry));
         }
-        outcome.render_secs = self.start.elapsed().as_secs_f64();
+        outcome.render_secs = self.start.elapsed().as_secs_f64() - outcome.gather_secs;
         outcome.has_ended = true;
         drop(outcome);
         self.ended.notify_all();
@@ -97,26 +104,60 @@ impl Frame {
         media_around(ray.at(ray.t_min), &prepared.geometry, &prepared.textures)
     }
 
-    fn run_passes<const CUTOUTS: bool, M: Media>(&self, camera_media: M) -> Result<(), RunError> {
-        let prepared = &*self.prepared;
-        let tracer = RayTracer::<CUTOUTS> {
-            geometry: &prepared.geometry,
-            textures: &prepared.textures,
+    fn run_integrator<const CUTOUTS: bool, M: Media>(
+        &self,
+        camera_media: M,
+    ) -> Result<(), RunError> {
+        let tracer = self.tracer::<CUTOUTS>();
+        let integrator = self.integrator::<CUTOUTS, M>(camera_media);
+        if self.settings.integrator == Integrator::Path {
+            return self.run_passes(integrator, &tracer);
+        }
+        let estimate = self.estimate_gather(integrator, &tracer)?;
+        self.lock_outcome().gather_secs = self.start.elapsed().as_secs_f64();
+        match estimate.as_ref().and_then(GatherEstimate::guide) {
+            Some(guide) => self.run_passes(integrator.guided_by(guide), &tracer),
+            None => self.run_passes(integrator, &tracer),
+        }
+    }
+
+    pub(crate) fn tracer<const CUTOUTS: bool>(&self) -> RayTracer<'_, CUTOUTS> {
+        RayTracer {
+            geometry: &self.prepared.geometry,
+            textures: &self.prepared.textures,
             blame: &self.blame,
-        };
+        }
+    }
+
+    /// The integrator of paths that know nothing beforehand.
+    pub(crate) fn integrator<const CUTOUTS: bool, M: Media>(
+        &self,
+        camera_media: M,
+    ) -> PathIntegrator<'_, CUTOUTS, M> {
+        let prepared = &*self.prepared;
+        PathIntegrator {
+            geometry: &prepared.geometry,
+            lights: &prepared.lights,
+            textures: &prepared.textures,
+            max_depth: self.settings.max_depth,
+            camera_cone: RayCone::of_camera_ray(&self.camera, self.settings.samples_per_pixel),
+            needs: self.needs,
+            camera_media,
+            guide: Unguided,
+            blame: &self.blame,
+            watch: Unwatched,
+        }
+    }
+
+    /// Takes all samples by one integrator.
+    pub(crate) fn run_passes<const CUTOUTS: bool, M: Media, G: Guide>(
+        &self,
+        integrator: PathIntegrator<'_, CUTOUTS, M, G>,
+        tracer: &RayTracer<'_, CUTOUTS>,
+    ) -> Result<(), RunError> {
         let sampler = PixelSampler {
             frame: self,
-            integrator: PathIntegrator::<CUTOUTS, M> {
-                geometry: &prepared.geometry,
-                lights: &prepared.lights,
-                textures: &prepared.textures,
-                max_depth: self.settings.max_depth,
-                camera_cone: RayCone::of_camera_ray(&self.camera, self.settings.samples_per_pixel),
-                needs: self.needs,
-                camera_media,
-                blame: &self.blame,
-                watch: Unwatched,
-            },
+            integrator,
         };
         let all_passes = PassesJob {
             frame: self,
@@ -124,20 +165,20 @@ impl Frame {
             n_pixels: TILE_SIZE * TILE_SIZE,
         };
         if self.conditions.plain_loop {
-            return run_plain(&sampler, &tracer, &all_passes, self.n_threads);
+            return run_plain(&sampler, tracer, &all_passes, self.n_threads);
         }
         let program = PixelProgram { sampler };
         let delay_secs = self.conditions.answer_delay_ms / 1e3;
         let max_delay = Duration::try_from_secs_f64(delay_secs).unwrap_or_default();
         match self.settings.shading {
             Shading::Inline => Engine::new(self.n_threads)
-                .run_inline(&program, &tracer, &all_passes)
+                .run_inline(&program, tracer, &all_passes)
                 .map(drop),
             Shading::Queued if !max_delay.is_zero() => {
-                self.run_queued(&program, &Delayed::new(&tracer, max_delay))
+                self.run_queued(&program, &Delayed::new(tracer, max_delay))
             }
-            Shading::Queued => self.run_queued(&program, &Queue::new(&tracer)),
-            Shading::Bytes => self.run_queued(&program, &Bytes::new(&tracer)),
+            Shading::Queued => self.run_queued(&program, &Queue::new(tracer)),
+            Shading::Bytes => self.run_queued(&program, &Bytes::new(tracer)),
         }
     }
 

@@ -32,5 +32,5 @@ pub use light::{Light, LightShape, Shaping};
 pub use material::{Channel, Input, Material, Node, NodeIdx, TextureFile, TextureSource, Wrap};
 pub use points::PointsChunk;
 pub use scene::Scene;
-pub use settings::{DataWindow, FilterKind, RenderSettings, Shading};
+pub use settings::{DataWindow, FilterKind, Integrator, RenderSettings, Shading};
 pub use visibility::Visibility;

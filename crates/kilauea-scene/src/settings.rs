@@ -14,6 +14,9 @@ pub struct RenderSettings {
     pub samples_per_pixel: u32,
     /// Bounces after the camera ray; 0 is emission alone.
     pub max_depth: u32,
+    /// How paths find light.
+    #[serde(default)]
+    pub integrator: Integrator,
     /// Makes another, equally good image.
     pub seed: u32,
     /// Pixel filter.
@@ -48,6 +51,7 @@ impl Default for RenderSettings {
             data_window: None,
             samples_per_pixel: 64,
             max_depth: 16,
+            integrator: Integrator::default(),
             seed: 0,
             filter: FilterKind::BlackmanHarris,
             filter_radius: None,
@@ -72,6 +76,17 @@ pub struct DataWindow {
     pub min: [i32; 2],
     /// One past the last column and row.
     pub max: [i32; 2],
+}
+
+/// How paths find light. The expected image is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integrator {
+    /// By what surfaces and lights are like alone.
+    #[default]
+    Path,
+    /// By what earlier paths found as well, where that pays.
+    Kilauea,
 }
 
 /// Pixel filters.

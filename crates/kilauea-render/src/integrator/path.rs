@@ -12,6 +12,7 @@ use std::pin::pin;
 use super::blame::Blame;
 use super::cone::RayCone;
 use super::fault::{Step, Unwatched, Watch};
+use super::guide::{Guide, Unguided};
 use super::media::{Media, is_hidden};
 use super::question::{Answer, Question};
 use super::shade::PathShade;
@@ -25,7 +26,7 @@ use crate::sampler::Sampler;
 /// The path integrator. `CUTOUTS` as in [`super::RayTracer`], which it asks; `M` is what paths keep
 /// of the media around them.
 #[derive(Clone, Copy)]
-pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, W = Unwatched> {
+pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, G = Unguided, W = Unwatched> {
     /// Surfaces.
     pub geometry: &'a Geometry,
     /// Lights.
@@ -40,6 +41,8 @@ pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, W = Unwatched> {
     pub needs: SceneNeeds,
     /// The media that the camera is in.
     pub camera_media: M,
+    /// What paths know beforehand of the light that they look for.
+    pub guide: G,
     /// Where a shader that panics leaves its name.
     pub blame: &'a Blame,
     /// Sees the values of paths.
@@ -72,9 +75,9 @@ impl RayCounts {
     }
 }
 
-impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
-    /// The same integrator, under watch.
-    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, W> {
+impl<'a, const CUTOUTS: bool, M: Media, G: Guide> PathIntegrator<'a, CUTOUTS, M, G> {
+    /// The same integrator with another guide.
+    pub(crate) fn guided_by<H: Guide>(&self, guide: H) -> PathIntegrator<'a, CUTOUTS, M, H> {
         PathIntegrator {
             geometry: self.geometry,
             lights: self.lights,
@@ -83,13 +86,30 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
             camera_cone: self.camera_cone,
             needs: self.needs,
             camera_media: self.camera_media,
+            guide,
+            blame: self.blame,
+            watch: Unwatched,
+        }
+    }
+
+    /// The same integrator, under watch.
+    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, G, W> {
+        PathIntegrator {
+            geometry: self.geometry,
+            lights: self.lights,
+            textures: self.textures,
+            max_depth: self.max_depth,
+            camera_cone: self.camera_cone,
+            needs: self.needs,
+            camera_media: self.camera_media,
+            guide: self.guide,
             blame: self.blame,
             watch,
         }
     }
 }
 
-impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M, W> {
+impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, CUTOUTS, M, G, W> {
     /// A path that starts with a ray of the camera.
     #[inline]
     pub(crate) fn start(&self, camera_ray: Ray) -> Path<M> {
@@ -116,6 +136,7 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
         mut path: Path<M>,
         sampler: &Sampler<'_>,
         counts: &mut RayCounts,
+        trail: &mut G::Trail,
         cx: &C,
     ) -> impl Future<Output = PixelSample>
     where
@@ -146,12 +167,15 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
                 }
                 path.throughput.advance(depth);
                 let (shader, at) = (vertex.interaction.shader, vertex.interaction.at);
+                let knowledge = self.guide.at(trail, vertex.receiver());
                 let scattered = {
                     let shading = self.blame.shading(at);
                     let shade = pin!(shader.shade(PathShade {
                         integrator: self,
                         vertex,
                         path: &mut path,
+                        knowledge,
+                        trail: &mut *trail,
                         sampler,
                         counts,
                         out: &mut out,
@@ -164,6 +188,7 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
                 };
                 path.throughput
                     .add(&mut out, depth + 1, scattered.diffuse, scattered.specular);
+                G::depart(trail, &out, counts);
                 if scattered.path.is_black() {
                     break;
                 }

@@ -6,11 +6,13 @@ use kilauea_film::PixelSample;
 use kilauea_math::Spectrum;
 use kilauea_shading::{Scattered, Shade, Surface};
 use kilauea_spot::{Context, Program};
+use std::future::ready;
 use std::marker::PhantomData;
 use std::pin::Pin;
 use std::task::{self, Poll};
 
 use super::fault::{Step, Watch};
+use super::guide::{Guide, Knowledge};
 use super::media::Media;
 use super::path::{PathIntegrator, RayCounts};
 use super::question::{Answer, Question};
@@ -21,10 +23,18 @@ use crate::sampler::{Purpose, Sampler};
 ///
 /// It owns the vertex, which so is gone once the shader has asked for all it wants to know: shades
 /// that wait are many, and a vertex is large.
-pub(super) struct PathShade<'v, 'a, P: Program, C: Context<P>, M, W, const CUTOUTS: bool> {
-    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, W>,
+pub(super) struct PathShade<'v, 'a, P, C, M, G, W, const CUTOUTS: bool>
+where
+    P: Program,
+    C: Context<P>,
+    G: Guide,
+{
+    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, G, W>,
     pub(super) vertex: Vertex<'a, M>,
     pub(super) path: &'v mut Path<M>,
+    /// What is known of the light here.
+    pub(super) knowledge: G::Knowledge,
+    pub(super) trail: &'v mut G::Trail,
     pub(super) sampler: &'v Sampler<'v>,
     pub(super) counts: &'v mut RayCounts,
     pub(super) out: &'v mut PixelSample,
@@ -41,11 +51,6 @@ struct DirectLight<R> {
     /// What lobes scatter of it toward the viewer, if nothing occludes it.
     diffuse: Spectrum,
     specular: Spectrum,
-}
-
-/// All other light, of which is known at once whether there will be any.
-struct IndirectLight {
-    goes_on: bool,
 }
 
 /// Shadow rays end this much before the light.
@@ -80,24 +85,12 @@ impl<R: Future<Output = Answer> + Unpin> Future for DirectLight<R> {
     }
 }
 
-impl Future for IndirectLight {
-    type Output = Scattered;
-
-    #[inline(always)]
-    fn poll(self: Pin<&mut Self>, _: &mut task::Context<'_>) -> Poll<Scattered> {
-        Poll::Ready(if self.goes_on {
-            Scattered::BY_PATH
-        } else {
-            Scattered::NOTHING
-        })
-    }
-}
-
-impl<'v, 'a, P, C, M, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, W, CUTOUTS>
+impl<'v, 'a, P, C, M, G, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, G, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
+    G: Guide,
     W: Watch,
 {
     #[inline]
@@ -109,7 +102,7 @@ where
     fn direct_light(
         &mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, G, W, CUTOUTS> {
         self.see_bsdf(bsdf);
         self.sample_lights(bsdf).unwrap_or(DirectLight::NOTHING)
     }
@@ -119,19 +112,18 @@ where
     fn indirect(
         mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, G, W, CUTOUTS> {
         self.see_bsdf(bsdf);
-        IndirectLight {
-            goes_on: self.go_on(bsdf),
-        }
+        ready(self.go_on(bsdf))
     }
 }
 
-impl<P, C, M, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, W, CUTOUTS>
+impl<P, C, M, G, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, G, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
+    G: Guide,
     W: Watch,
 {
     /// Estimates direct light by choosing a light (next-event estimation).
@@ -187,7 +179,8 @@ where
         let weight = if sample.is_delta {
             1.0
         } else {
-            power_heuristic(sample.pdf, eval.pdf)
+            let pdf = self.knowledge.pdf(bsdf, sample.wi, eval.pdf);
+            power_heuristic(sample.pdf, pdf)
         };
         self.counts.shadow += 1;
         self.counts.invalid += u64::from(!shadow_ray.is_valid());
@@ -206,9 +199,10 @@ where
         })
     }
 
-    /// Chooses where the path goes on and asks what it hits there; false where it ends.
+    /// Chooses where the path goes on and asks what it hits there. All other light is known so far
+    /// at once.
     #[inline]
-    fn go_on(&mut self, bsdf: &SeenBsdf) -> bool {
+    fn go_on(&mut self, bsdf: &SeenBsdf) -> Scattered {
         let depth = self.vertex.depth;
         let needs = &self.integrator.needs;
         if depth == 0 && needs.surface_layers {
@@ -216,17 +210,20 @@ where
         }
         // All that the last ray could find is light.
         if depth + 1 == self.integrator.max_depth && !needs.met_lights() {
-            return false;
+            return Scattered::NOTHING;
         }
-        let is_alive = self.path.scatter(&self.vertex, bsdf, self.sampler);
+        let (knowledge, trail) = (&self.knowledge, &mut *self.trail);
+        let scattered = self
+            .path
+            .scatter::<G>(&self.vertex, bsdf, self.sampler, knowledge, trail);
         self.see_scattered();
-        if !is_alive {
-            return false;
+        if scattered.path.is_black() {
+            return scattered;
         }
         self.counts.indirect += 1;
         let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);
         *self.next = Some(self.cx.ask(question));
-        true
+        scattered
     }
 
     #[inline]
