@@ -344,7 +344,7 @@ fn endless() -> RenderSettings {
 #[test]
 fn a_time_limit_returns_what_there_is() {
     for shading in [Shading::Inline, Shading::Queued] {
-        check_time_limit(RenderSettings {
+        check_time_limit(&RenderSettings {
             shading,
             resolution: [64, 64],
             ..endless()
@@ -353,8 +353,8 @@ fn a_time_limit_returns_what_there_is() {
 }
 
 /// Doubles the limit until a pass fits, however slow the machine is; all passes never do.
-fn check_time_limit(settings: RenderSettings) {
-    let prepared = everything().prepare(&settings);
+fn check_time_limit(settings: &RenderSettings) {
+    let prepared = everything().prepare(settings);
     let picture = (0..8)
         .map(|doublings| RenderSettings {
             time_limit_secs: Some(f64::from(1 << doublings)),
