@@ -36,8 +36,8 @@ const BOTH: Means = Means {
 };
 /// Plain paths are left for what is at least so much more efficient.
 const LEAST_GAIN: f32 = 1.05;
-/// Where guided paths of a field that was made from few are worse than that, more will not help.
-const HOPELESS: f32 = 0.9;
+/// Where guided paths of a field that was made from few gain no more, more will not help.
+const HOPELESS: f32 = 1.0;
 
 impl GatherEstimate {
     /// What guides final paths; none where plain ones are as good.

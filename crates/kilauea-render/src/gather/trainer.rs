@@ -23,7 +23,7 @@ pub(super) struct Trainer<'f, 'a, const CUTOUTS: bool, M> {
 const PASS_SHARE: f64 = 1.0 / 96.0;
 /// Of small frames, a pass is longer, so that it tells anything.
 const LARGEST_PASS_SHARE: f64 = 1.0 / 32.0;
-const FEW_PATHS: f64 = 2048.0;
+const FEW_PATHS: f64 = 1024.0;
 /// More train no further: records take memory.
 const MOST_PATHS: f64 = (1 << 15) as f64;
 

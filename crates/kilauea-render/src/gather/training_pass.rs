@@ -40,7 +40,7 @@ impl TrainingGrid {
         let DataWindow { min, max } = frame.film.data_window();
         // Two paths a pixel at least, which tell how much they differ.
         let pixels_per_pair = frame.n_pixels as f64 / (0.5 * n_paths).max(1.0);
-        let stride = pixels_per_pair.sqrt().floor().max(1.0) as i32;
+        let stride = pixels_per_pair.sqrt().ceil().max(1.0) as i32;
         let n_columns = ((max[0] - min[0]) as u32).div_ceil(stride as u32);
         let n_rows = ((max[1] - min[1]) as u32).div_ceil(stride as u32);
         let n_blocks = n_columns * n_rows;
