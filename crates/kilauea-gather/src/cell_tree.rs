@@ -138,13 +138,13 @@ fn choose_split(
         .collect();
     let middle = components.len() / 2;
     let (_, &mut median, _) = components.select_nth_unstable_by(middle, f32::total_cmp);
-    // Both sides get records: the median may be the least component, the widest extent zero.
-    let split = if median > min[axis] {
-        median
-    } else {
-        max[axis]
-    };
-    (split > min[axis]).then_some((axis, split))
+    if median > min[axis] {
+        return Some((axis, median));
+    }
+    // Half of the records or more are at the least component, on a plane: they are parted from the
+    // others, if there are any.
+    let beyond = components.into_iter().filter(|&c| c > min[axis]);
+    beyond.min_by(f32::total_cmp).map(|nearest| (axis, nearest))
 }
 
 fn place(record: &GatherRecord) -> Place {

@@ -62,6 +62,23 @@ fn normals_tell_the_sides_of_a_sheet_apart() {
     }
 }
 
+/// Most of what is in a cell lies on a wall, the rest is all over the room: the wall is parted from
+/// the rest at once, and not record by record.
+#[test]
+fn what_lies_on_a_wall_makes_no_more_cells_than_its_records_fill() {
+    let mut records = room(40_000);
+    for (i, record) in (0..).zip(&mut records) {
+        let depth = 3.0 * number(i, 5);
+        let is_on_wall = i % 4 != 0;
+        record.n = Vec3::X;
+        record.p = Vec3::new(if is_on_wall { 0.0 } else { depth }, record.p.z, record.p.x);
+    }
+    let n_cells = GatherField::fit(&records)
+        .expect("there are records")
+        .n_cells();
+    assert!((50..200).contains(&n_cells), "{n_cells}");
+}
+
 #[test]
 fn urgency_grows_with_what_is_uncertain_and_falls_with_cost() {
     let urgency = |spread: f32, n_rays: f32| {
