@@ -1,23 +1,26 @@
 //! A frame as engine threads see it: how it is run, and where its results go.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use kilauea_film::{Film, Filter};
 use kilauea_math::Vec2;
-use kilauea_scene::{RenderSettings, Shading};
+use kilauea_scene::{GlobalIllumination, RenderSettings, Shading};
 use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server};
 
 use crate::RenderError;
 use crate::camera::RayGenerator;
+use crate::caustics::{CausticPlan, CausticStats};
 use crate::conditions::Conditions;
 use crate::integrator::{
-    Air, Blame, Faults, Media, MediumStack, PathIntegrator, RayCone, RayCounts, RayTracer,
-    Unwatched, media_around,
+    Air, Blame, Faults, Media, MediumStack, Merge, PathIntegrator, RayCone, RayCounts, RayTracer,
+    Unmerged, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
+use crate::photon::TracedPhotons;
 use crate::plain::run_plain;
 use crate::prepared::PreparedScene;
 use crate::program::{PassesJob, PixelProgram, Sampled};
@@ -59,6 +62,17 @@ pub(crate) struct Outcome {
     pub(crate) error: Option<RenderError>,
     pub(crate) render_secs: f64,
     pub(crate) shades: Shades,
+    pub(crate) caustics: CausticStats,
+}
+
+impl Outcome {
+    /// Notes that photons were traced.
+    pub(crate) fn add_photons(&mut self, traced: &TracedPhotons) {
+        self.caustics.rays += traced.counts.rays;
+        self.caustics.seconds += traced.seconds;
+        self.counts.invalid += traced.counts.invalid_rays;
+        self.counts.in_too_many_media += traced.counts.in_too_many_media;
+    }
 }
 
 impl Frame {
@@ -76,13 +90,8 @@ impl Frame {
             (true, true) => self.run_passes::<true, _>(self.camera_media()),
         };
         let mut outcome = self.lock_outcome();
-        if let Err(error) = result {
-            let geometry = &self.prepared.geometry;
-            // A frame that was told to stop has not failed.
-            outcome.error = (error != RunError::Cancelled)
-                .then(|| RenderError::of_run(error, &self.blame, geometry));
-        }
-        outcome.render_secs = self.start.elapsed().as_secs_f64();
+        outcome.error = result.err();
+        outcome.render_secs = self.start.elapsed().as_secs_f64() - outcome.caustics.seconds;
         outcome.has_ended = true;
         drop(outcome);
         self.ended.notify_all();
@@ -97,47 +106,94 @@ impl Frame {
         media_around(ray.at(ray.t_min), &prepared.geometry, &prepared.textures)
     }
 
-    fn run_passes<const CUTOUTS: bool, M: Media>(&self, camera_media: M) -> Result<(), RunError> {
+    fn run_passes<const CUTOUTS: bool, M: Media>(
+        &self,
+        camera_media: M,
+    ) -> Result<(), RenderError> {
         let prepared = &*self.prepared;
         let tracer = RayTracer::<CUTOUTS> {
             geometry: &prepared.geometry,
             textures: &prepared.textures,
             blame: &self.blame,
         };
+        let integrator = PathIntegrator::<CUTOUTS, M> {
+            geometry: &prepared.geometry,
+            lights: &prepared.lights,
+            textures: &prepared.textures,
+            max_depth: self.settings.max_depth,
+            camera_cone: RayCone::of_camera_ray(&self.camera, self.settings.samples_per_pixel),
+            needs: self.needs,
+            camera_media,
+            merge: Unmerged,
+            blame: &self.blame,
+            watch: Unwatched,
+        };
+        let passes = 0..self.passes.n_passes();
+        let plan = match self.settings.gi {
+            GlobalIllumination::Exact => None,
+            GlobalIllumination::Consistent => CausticPlan::of(self)?,
+        };
+        let Some(plan) = plan else {
+            return self.run_some(integrator, &tracer, passes);
+        };
+        for pass in passes {
+            if self.is_over() || self.is_late() {
+                break;
+            }
+            let photons = plan.trace(self, pass)?;
+            let merging = integrator.merging_by(photons.merge(self));
+            self.run_some(merging, &tracer, pass..pass + 1)?;
+        }
+        Ok(())
+    }
+
+    /// Takes the samples of some passes.
+    fn run_some<const CUTOUTS: bool, M: Media, X: Merge>(
+        &self,
+        integrator: PathIntegrator<'_, CUTOUTS, M, X>,
+        tracer: &RayTracer<'_, CUTOUTS>,
+        passes: Range<u32>,
+    ) -> Result<(), RenderError> {
         let sampler = PixelSampler {
             frame: self,
-            integrator: PathIntegrator::<CUTOUTS, M> {
-                geometry: &prepared.geometry,
-                lights: &prepared.lights,
-                textures: &prepared.textures,
-                max_depth: self.settings.max_depth,
-                camera_cone: RayCone::of_camera_ray(&self.camera, self.settings.samples_per_pixel),
-                needs: self.needs,
-                camera_media,
-                blame: &self.blame,
-                watch: Unwatched,
-            },
+            integrator,
         };
-        let all_passes = PassesJob {
+        match self.run_samples(sampler, tracer, passes) {
+            // A frame that was told to stop has not failed.
+            Ok(()) | Err(RunError::Cancelled) => Ok(()),
+            Err(error) => {
+                let geometry = &self.prepared.geometry;
+                Err(RenderError::of_run(error, &self.blame, geometry))
+            }
+        }
+    }
+
+    fn run_samples<const CUTOUTS: bool, M: Media, X: Merge>(
+        &self,
+        sampler: PixelSampler<'_, CUTOUTS, M, X>,
+        tracer: &RayTracer<'_, CUTOUTS>,
+        passes: Range<u32>,
+    ) -> Result<(), RunError> {
+        let job = PassesJob {
             frame: self,
-            passes: 0..self.passes.n_passes(),
+            passes: passes.clone(),
             n_pixels: TILE_SIZE * TILE_SIZE,
         };
         if self.conditions.plain_loop {
-            return run_plain(&sampler, &tracer, &all_passes, self.n_threads);
+            return run_plain(&sampler, tracer, &job, self.n_threads);
         }
         let program = PixelProgram { sampler };
         let delay_secs = self.conditions.answer_delay_ms / 1e3;
         let max_delay = Duration::try_from_secs_f64(delay_secs).unwrap_or_default();
         match self.settings.shading {
             Shading::Inline => Engine::new(self.n_threads)
-                .run_inline(&program, &tracer, &all_passes)
+                .run_inline(&program, tracer, &job)
                 .map(drop),
             Shading::Queued if !max_delay.is_zero() => {
-                self.run_queued(&program, &Delayed::new(&tracer, max_delay))
+                self.run_queued(&program, &Delayed::new(tracer, max_delay), passes)
             }
-            Shading::Queued => self.run_queued(&program, &Queue::new(&tracer)),
-            Shading::Bytes => self.run_queued(&program, &Bytes::new(&tracer)),
+            Shading::Queued => self.run_queued(&program, &Queue::new(tracer), passes),
+            Shading::Bytes => self.run_queued(&program, &Bytes::new(tracer), passes),
         }
     }
 
@@ -147,6 +203,7 @@ impl Frame {
         &self,
         program: &P,
         server: &impl Server<P>,
+        passes: Range<u32>,
     ) -> Result<(), RunError> {
         let memory = usize::try_from(self.settings.shade_memory_bytes).unwrap_or(usize::MAX);
         let engine = Engine::new(self.n_threads);
@@ -156,7 +213,7 @@ impl Frame {
         } else {
             engine.budget_bytes(memory)
         };
-        for pass in 0..self.passes.n_passes() {
+        for pass in passes {
             if self.is_late() {
                 break;
             }

@@ -7,14 +7,14 @@ use kilauea_spot::{Context, Program};
 
 use crate::frame::Frame;
 use crate::integrator::{
-    Answer, Fault, FirstFault, Media, PathIntegrator, Question, RayCounts, SampleId, Step,
+    Answer, Fault, FirstFault, Media, Merge, PathIntegrator, Question, RayCounts, SampleId, Step,
 };
 use crate::sampler::{PixelSequence, Purpose, Sampler};
 
 /// Takes samples of pixels.
-pub(crate) struct PixelSampler<'f, const CUTOUTS: bool, M> {
+pub(crate) struct PixelSampler<'f, const CUTOUTS: bool, M, X> {
     pub(crate) frame: &'f Frame,
-    pub(crate) integrator: PathIntegrator<'f, CUTOUTS, M>,
+    pub(crate) integrator: PathIntegrator<'f, CUTOUTS, M, X>,
 }
 
 /// A pixel of which samples are taken.
@@ -34,7 +34,7 @@ pub(crate) struct SampleStart<'f> {
     offset_sq: f32,
 }
 
-impl<const CUTOUTS: bool, M: Media> PixelSampler<'_, CUTOUTS, M> {
+impl<const CUTOUTS: bool, M: Media, X: Merge> PixelSampler<'_, CUTOUTS, M, X> {
     /// The pixel with that number in a tile.
     pub(crate) fn pixel(&self, tile: u32, pixel_idx: u32) -> SampledPixel<'_> {
         let position = self.frame.passes.pixel(tile, pixel_idx);

@@ -1,5 +1,7 @@
 use serde::{Deserialize, Serialize};
 
+use crate::PhotonSettings;
+
 /// Settings of one frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -14,6 +16,12 @@ pub struct RenderSettings {
     pub samples_per_pixel: u32,
     /// Bounces after the camera ray; 0 is emission alone.
     pub max_depth: u32,
+    /// How light is found that surfaces throw on each other.
+    #[serde(default)]
+    pub gi: GlobalIllumination,
+    /// Of caustics by photons.
+    #[serde(default)]
+    pub photons: PhotonSettings,
     /// Makes another, equally good image.
     pub seed: u32,
     /// Pixel filter.
@@ -48,6 +56,8 @@ impl Default for RenderSettings {
             data_window: None,
             samples_per_pixel: 64,
             max_depth: 16,
+            gi: GlobalIllumination::default(),
+            photons: PhotonSettings::default(),
             seed: 0,
             filter: FilterKind::BlackmanHarris,
             filter_radius: None,
@@ -61,6 +71,18 @@ impl Default for RenderSettings {
             general: Vec::new(),
         }
     }
+}
+
+/// How light is found that surfaces throw on each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GlobalIllumination {
+    /// By paths from the camera: right in expectation with any number of samples.
+    #[default]
+    Exact,
+    /// Caustics by photons as well, where that pays: what is blurred of them vanishes with the number
+    /// of samples.
+    Consistent,
 }
 
 /// Pixels from `min` up to and without `max`, y down, (0, 0) at the upper left of the display

@@ -18,6 +18,22 @@ impl Merging {
         }
     }
 
+    /// For photons that find all by themselves.
+    pub fn alone() -> Self {
+        Self {
+            eta: f32::MAX,
+            min_share: 0.0,
+        }
+    }
+
+    /// For photons that nothing is left to.
+    pub fn never() -> Self {
+        Self {
+            eta: 0.0,
+            min_share: f32::INFINITY,
+        }
+    }
+
     /// Weight of a photon that carries `d_eye`, where the eye samples the direction to it with the
     /// density `pdf`.
     #[inline]

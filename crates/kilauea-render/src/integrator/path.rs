@@ -13,6 +13,7 @@ use super::blame::Blame;
 use super::cone::RayCone;
 use super::fault::{Step, Unwatched, Watch};
 use super::media::{Media, is_hidden};
+use super::merge::{Merge, Unmerged};
 use super::question::{Answer, Question};
 use super::shade::PathShade;
 use super::throughput::Throughput;
@@ -25,7 +26,7 @@ use crate::sampler::Sampler;
 /// The path integrator. `CUTOUTS` as in [`super::RayTracer`], which it asks; `M` is what paths keep
 /// of the media around them.
 #[derive(Clone, Copy)]
-pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, W = Unwatched> {
+pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, X = Unmerged, W = Unwatched> {
     /// Surfaces.
     pub geometry: &'a Geometry,
     /// Lights.
@@ -40,6 +41,8 @@ pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, W = Unwatched> {
     pub needs: SceneNeeds,
     /// The media that the camera is in.
     pub camera_media: M,
+    /// How paths share what they find with photons.
+    pub merge: X,
     /// Where a shader that panics leaves its name.
     pub blame: &'a Blame,
     /// Sees the values of paths.
@@ -72,9 +75,9 @@ impl RayCounts {
     }
 }
 
-impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
-    /// The same integrator, under watch.
-    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, W> {
+impl<'a, const CUTOUTS: bool, M: Media, X: Merge> PathIntegrator<'a, CUTOUTS, M, X> {
+    /// The same integrator, whose paths merge with photons.
+    pub(crate) fn merging_by<Y: Merge>(&self, merge: Y) -> PathIntegrator<'a, CUTOUTS, M, Y> {
         PathIntegrator {
             geometry: self.geometry,
             lights: self.lights,
@@ -83,22 +86,40 @@ impl<'a, const CUTOUTS: bool, M: Media> PathIntegrator<'a, CUTOUTS, M> {
             camera_cone: self.camera_cone,
             needs: self.needs,
             camera_media: self.camera_media,
+            merge,
+            blame: self.blame,
+            watch: Unwatched,
+        }
+    }
+
+    /// The same integrator, under watch.
+    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, X, W> {
+        PathIntegrator {
+            geometry: self.geometry,
+            lights: self.lights,
+            textures: self.textures,
+            max_depth: self.max_depth,
+            camera_cone: self.camera_cone,
+            needs: self.needs,
+            camera_media: self.camera_media,
+            merge: self.merge,
             blame: self.blame,
             watch,
         }
     }
 }
 
-impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M, W> {
+impl<'a, const CUTOUTS: bool, M: Media, X: Merge, W: Watch> PathIntegrator<'a, CUTOUTS, M, X, W> {
     /// A path that starts with a ray of the camera.
     #[inline]
-    pub(crate) fn start(&self, camera_ray: Ray) -> Path<M> {
+    pub(crate) fn start(&self, camera_ray: Ray) -> Path<M, X::Eye> {
         Path {
             ray: camera_ray,
             cone: self.camera_cone,
             departure: None,
             throughput: Throughput::start(),
             media: self.camera_media,
+            eye: self.merge.start(),
         }
     }
 
@@ -113,7 +134,7 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
     #[inline]
     pub(crate) fn trace<P, C>(
         &self,
-        mut path: Path<M>,
+        mut path: Path<M, X::Eye>,
         sampler: &Sampler<'_>,
         counts: &mut RayCounts,
         cx: &C,
@@ -164,6 +185,11 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
                 };
                 path.throughput
                     .add(&mut out, depth + 1, scattered.diffuse, scattered.specular);
+                if let Some([diffuse, specular]) = X::take(&mut path.eye) {
+                    let [diffuse, specular] = [diffuse, specular].map(|l| l * scattered.path);
+                    path.throughput
+                        .add_indirect(&mut out, depth, diffuse, specular);
+                }
                 if scattered.path.is_black() {
                     break;
                 }
@@ -190,7 +216,7 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
     fn meet(
         &self,
         out: &mut PixelSample,
-        path: &Path<M>,
+        path: &Path<M, X::Eye>,
         depth: u32,
         hit: Option<Hit>,
         counts: &mut RayCounts,
@@ -208,7 +234,13 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
 
     /// Adds the light of lamps that the ray meets before `t_end`.
     #[inline]
-    fn add_area_lights(&self, out: &mut PixelSample, path: &Path<M>, depth: u32, t_end: f32) {
+    fn add_area_lights(
+        &self,
+        out: &mut PixelSample,
+        path: &Path<M, X::Eye>,
+        depth: u32,
+        t_end: f32,
+    ) {
         if !self.needs.area_lights {
             return;
         }
@@ -220,13 +252,14 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
             .for_each_area_hit(&segment, path.receiver(), self.textures, |t, emitted| {
                 self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, t);
-                path.add_emitted(out, depth, &emitted, passed);
+                let weight = self.merge.weight_of_hit(path, &emitted);
+                path.add_emitted(out, depth, &emitted, passed, weight);
             });
     }
 
     /// Adds the light of what surrounds the scene.
     #[inline]
-    fn add_infinite_lights(&self, out: &mut PixelSample, path: &Path<M>, depth: u32) {
+    fn add_infinite_lights(&self, out: &mut PixelSample, path: &Path<M, X::Eye>, depth: u32) {
         if !self.needs.infinite_lights {
             return;
         }
@@ -234,14 +267,15 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
             .for_each_infinite(path.ray.dir, path.receiver(), self.textures, |emitted| {
                 self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, f32::INFINITY);
-                path.add_emitted(out, depth, &emitted, passed);
+                let weight = self.merge.weight_of_hit(path, &emitted);
+                path.add_emitted(out, depth, &emitted, passed, weight);
             });
     }
 
     /// Where the hit is a boundary that is not there in the media around the path: goes on behind
     /// it, and returns the ray that finds what is next.
     #[inline]
-    fn pass_hidden_boundary(&self, path: &mut Path<M>, hit: &Hit) -> Option<Ray> {
+    fn pass_hidden_boundary(&self, path: &mut Path<M, X::Eye>, hit: &Hit) -> Option<Ray> {
         let least_priority = path.media.least_priority(self.geometry);
         if least_priority == i8::MIN {
             return None;
@@ -272,7 +306,7 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
     fn arrive(
         &self,
         out: &mut PixelSample,
-        path: &mut Path<M>,
+        path: &mut Path<M, X::Eye>,
         depth: u32,
         hit: &Hit,
     ) -> Vertex<'a, M> {
@@ -301,7 +335,8 @@ impl<'a, const CUTOUTS: bool, M: Media, W: Watch> PathIntegrator<'a, CUTOUTS, M,
                 .emitted_by_surface(interaction, hit.t, path.receiver());
             if let Some(emitted) = emitted {
                 self.see_emitted(depth, Some(at), &emitted);
-                path.add_emitted(out, depth, &emitted, vertex.passed);
+                let weight = self.merge.weight_of_hit(path, &emitted);
+                path.add_emitted(out, depth, &emitted, vertex.passed, weight);
             }
         }
         if depth == 0 {

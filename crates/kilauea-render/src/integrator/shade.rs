@@ -12,6 +12,7 @@ use std::task::{self, Poll};
 
 use super::fault::{Step, Watch};
 use super::media::Media;
+use super::merge::Merge;
 use super::path::{PathIntegrator, RayCounts};
 use super::question::{Answer, Question};
 use super::walk::{Path, Vertex, power_heuristic};
@@ -21,10 +22,15 @@ use crate::sampler::{Purpose, Sampler};
 ///
 /// It owns the vertex, which so is gone once the shader has asked for all it wants to know: shades
 /// that wait are many, and a vertex is large.
-pub(super) struct PathShade<'v, 'a, P: Program, C: Context<P>, M, W, const CUTOUTS: bool> {
-    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, W>,
+pub(super) struct PathShade<'v, 'a, P, C, M, X, W, const CUTOUTS: bool>
+where
+    P: Program,
+    C: Context<P>,
+    X: Merge,
+{
+    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, X, W>,
     pub(super) vertex: Vertex<'a, M>,
-    pub(super) path: &'v mut Path<M>,
+    pub(super) path: &'v mut Path<M, X::Eye>,
     pub(super) sampler: &'v Sampler<'v>,
     pub(super) counts: &'v mut RayCounts,
     pub(super) out: &'v mut PixelSample,
@@ -43,7 +49,8 @@ struct DirectLight<R> {
     specular: Spectrum,
 }
 
-/// All other light, of which is known at once whether there will be any.
+/// All other light, of which is known at once whether there will be any: what photons bring here is
+/// a part of what the path brings.
 struct IndirectLight {
     goes_on: bool,
 }
@@ -93,11 +100,12 @@ impl Future for IndirectLight {
     }
 }
 
-impl<'v, 'a, P, C, M, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, W, CUTOUTS>
+impl<'v, 'a, P, C, M, X, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, X, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
+    X: Merge,
     W: Watch,
 {
     #[inline]
@@ -109,7 +117,7 @@ where
     fn direct_light(
         &mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, X, W, CUTOUTS> {
         self.see_bsdf(bsdf);
         self.sample_lights(bsdf).unwrap_or(DirectLight::NOTHING)
     }
@@ -119,19 +127,22 @@ where
     fn indirect(
         mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, X, W, CUTOUTS> {
         self.see_bsdf(bsdf);
+        let merge = &self.integrator.merge;
+        let has_gathered = merge.gather(&mut self.path.eye, &self.vertex, bsdf);
         IndirectLight {
-            goes_on: self.go_on(bsdf),
+            goes_on: self.go_on(bsdf) || has_gathered,
         }
     }
 }
 
-impl<P, C, M, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, W, CUTOUTS>
+impl<P, C, M, X, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, X, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
+    X: Merge,
     W: Watch,
 {
     /// Estimates direct light by choosing a light (next-event estimation).
@@ -184,10 +195,12 @@ where
                 ..ray
             }
         };
-        let weight = if sample.is_delta {
-            1.0
-        } else {
-            power_heuristic(sample.pdf, eval.pdf)
+        let (merge, eye) = (&self.integrator.merge, &self.path.eye);
+        let by_merging = merge.weight_of_connection(eye, &self.vertex, bsdf, &light, &eval);
+        let weight = match by_merging {
+            Some(weight) => weight,
+            None if sample.is_delta => 1.0,
+            None => power_heuristic(sample.pdf, eval.pdf),
         };
         self.counts.shadow += 1;
         self.counts.invalid += u64::from(!shadow_ray.is_valid());
@@ -223,6 +236,8 @@ where
         if !is_alive {
             return false;
         }
+        let merge = &self.integrator.merge;
+        merge.depart(self.path, &self.vertex, bsdf);
         self.counts.indirect += 1;
         let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);
         *self.next = Some(self.cx.ask(question));
