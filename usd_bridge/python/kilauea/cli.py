@@ -25,7 +25,7 @@ from kilauea.clock import process_age
 from kilauea.errors import KilaueaError, TimeLimitError, UsageError
 
 _NOT_BUILT_YET = ("worker", "console")
-_FLAGS_NOT_BUILT_YET = ("noise", "gi", "denoise")
+_FLAGS_NOT_BUILT_YET = ("noise", "denoise")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
