@@ -153,7 +153,7 @@ fn glass_makes_caustics_and_matte_does_not() {
     let focused: Vec<&Photon> = caustic
         .iter()
         .copied()
-        .filter(|p| radius(&p) < 0.2)
+        .filter(|p| radius(p) < 0.2)
         .collect();
     assert!(power(focused.iter().copied()) > 0.5 * power(caustic.iter().copied()));
     // No other strategy hits a lamp of this size more than seldom, and all can hit it.

@@ -107,22 +107,22 @@ impl Accel {
 
     #[inline(always)]
     fn intersect_kept<const COHERENT: bool>(&self, ray: &Ray, mut keep: impl Keep) -> Option<Hit> {
-        let Some(line) = ray.moderate_line() else {
+        if !ray.is_moderate() {
             return self.intersect_extreme(ray, &mut |hit| keep.keep(hit));
-        };
-        let tree_ray = || TreeRay::world(line, ray.t_min);
+        }
+        let tree_ray = || TreeRay::world(ray.line(), ray.t_min);
         self.isa
-            .closest::<COHERENT>(self.scene(), (ray, tree_ray), keep)
+            .closest::<COHERENT, _>(self.scene(), (ray, tree_ray), keep)
     }
 
     #[inline(always)]
     fn occluded_kept(&self, ray: &Ray, mut keep: impl Keep) -> bool {
-        let Some(line) = ray.moderate_line() else {
+        if !ray.is_moderate() {
             return self
                 .intersect_extreme(ray, &mut |hit| keep.keep(hit))
                 .is_some();
-        };
-        let tree_ray = || TreeRay::world(line, ray.t_min);
+        }
+        let tree_ray = || TreeRay::world(ray.line(), ray.t_min);
         self.isa.occluded(self.scene(), (ray, tree_ray), keep)
     }
 
@@ -188,7 +188,7 @@ impl Accel {
         let keep_rescaled: &mut dyn FnMut(&Hit) -> bool = &mut keep_rescaled;
         let tree_ray = || TreeRay::entering(&scaled, &Ball::around(&self.bounds));
         self.isa
-            .closest::<false>(self.scene(), (&scaled, tree_ray), keep_rescaled)
+            .closest::<false, _>(self.scene(), (&scaled, tree_ray), keep_rescaled)
             .map(|hit| rescale(&hit))
     }
 }

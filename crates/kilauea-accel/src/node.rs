@@ -148,8 +148,14 @@ impl PairLeaf {
         LeafTriangle {
             corners: &self.corners,
             pair: lane & 3,
-            rows: CORNER_ORDERS[(self.order[lane & 7] & 7) as usize],
+            rows: self.corner_rows(lane),
         }
+    }
+
+    /// The rows of a triangle's corners, in its own order.
+    #[inline(always)]
+    pub(crate) fn corner_rows(&self, lane: usize) -> [u8; 3] {
+        CORNER_ORDERS[(self.order[lane & 7] & 7) as usize]
     }
 
     /// The hit of a lane, for the tree of `id_base`.

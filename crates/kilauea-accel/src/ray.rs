@@ -49,21 +49,28 @@ impl Ray {
             && !self.time.is_nan()
     }
 
-    /// Origin and direction as vectors, if the ray is valid, its origin not too far away for
-    /// products with reciprocals in `f32`, and its direction neither too long nor too short for
-    /// reciprocals and shears.
+    /// Origin and direction as vectors.
     #[inline(always)]
-    pub(crate) fn moderate_line(&self) -> Option<(Vec3A, Vec3A)> {
-        let (origin, dir) = (gather(&self.origin), gather(&self.dir));
-        let (origin_size, dir_size) = (origin.abs(), dir.abs());
+    pub(crate) fn line(&self) -> (Vec3A, Vec3A) {
+        (gather(&self.origin), gather(&self.dir))
+    }
+
+    /// Whether the ray is valid, its origin not too far away for products with reciprocals in `f32`,
+    /// and its direction neither too long nor too short for reciprocals and shears.
+    #[inline(always)]
+    pub(crate) fn is_moderate(&self) -> bool {
+        const MAX_ORIGIN: f32 = 1e19;
+        const MAX_DIR: f32 = 1e9;
+        let (origin, dir) = self.line();
+        let dir_size = dir.abs();
         // What is not a number compares as false.
-        let is_moderate = origin_size.cmplt(Vec3A::splat(1e19)).all()
-            && dir_size.cmplt(Vec3A::splat(1e9)).all()
-            && dir_size.cmpge(Vec3A::splat(1e-9)).any()
+        let is_small =
+            origin.abs().cmplt(Vec3A::splat(MAX_ORIGIN)) & dir_size.cmplt(Vec3A::splat(MAX_DIR));
+        is_small.all()
+            && dir_size.cmpge(Vec3A::splat(1.0 / MAX_DIR)).any()
             && self.t_min < self.t_max
             && 0.0 < self.t_max
-            && !self.time.is_nan();
-        is_moderate.then_some((origin, dir))
+            && !self.time.is_nan()
     }
 
     /// The same ray with a direction whose largest component is about one, and the factor that

@@ -215,6 +215,15 @@ impl SeenBsdf {
         matches!(self.lobes, SeenLobes::Lambert(..))
     }
 
+    /// How likely [`Self::sample`] draws from a lobe of at least that roughness.
+    #[inline]
+    pub fn probability_of_rough(&self, min_roughness: f32) -> f32 {
+        match &self.lobes {
+            SeenLobes::Lambert(..) => 1.0,
+            SeenLobes::Layered(layered, view) => layered.probability_of_rough(view, min_roughness),
+        }
+    }
+
     /// Draws a direction; `u` is uniform in [0, 1)³: first the choice of the lobe, then the
     /// direction. None where the path ends.
     #[inline]

@@ -197,6 +197,20 @@ impl Layered {
         self.coat_alpha > 0.0 && self.coat > 0.0
     }
 
+    /// Probability of all lobes of at least that roughness.
+    pub(crate) fn probability_of_rough(&self, view: &View, min_roughness: f32) -> f32 {
+        let p = &view.probability;
+        let min_alpha = min_roughness * min_roughness;
+        let of = |alpha: f32, probability: f32| {
+            if alpha > 0.0 && alpha >= min_alpha {
+                probability
+            } else {
+                0.0
+            }
+        };
+        p.diffuse + of(self.alpha, p.interface) + of(self.coat_alpha, p.coat)
+    }
+
     /// Fraction of light scattered.
     pub(crate) fn albedo(&self, view: &View) -> Spectrum {
         let opaque = (Spectrum::ONE - view.below_interface) * (1.0 - self.transmission);

@@ -47,6 +47,11 @@ impl Film {
         }
     }
 
+    /// The pixels that it has.
+    pub fn data_window(&self) -> DataWindow {
+        self.data_window
+    }
+
     /// Layers that are recorded, the beauty first.
     pub fn aovs(&self) -> &[Aov] {
         &self.aovs

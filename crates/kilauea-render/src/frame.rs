@@ -7,16 +7,17 @@ use std::time::{Duration, Instant};
 
 use kilauea_film::{Film, Filter};
 use kilauea_math::Vec2;
-use kilauea_scene::{GlobalIllumination, RenderSettings, Shading};
+use kilauea_scene::{GlobalIllumination, Integrator, RenderSettings, Shading};
 use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server};
 
 use crate::RenderError;
 use crate::camera::RayGenerator;
 use crate::caustics::{CausticPlan, CausticStats};
 use crate::conditions::Conditions;
+use crate::gather::GatherEstimate;
 use crate::integrator::{
-    Air, Blame, Faults, Media, MediumStack, Merge, PathIntegrator, RayCone, RayCounts, RayTracer,
-    Unmerged, Unwatched, media_around,
+    Air, Blame, Faults, Guide, Means, Media, MediumStack, Merge, PathIntegrator, RayCone,
+    RayCounts, RayTracer, Unguided, Unmerged, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
@@ -27,6 +28,7 @@ use crate::program::{PassesJob, PixelProgram, Sampled};
 use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
 use crate::shades::Shades;
+use crate::stats::GatherStats;
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
 pub(crate) struct Frame {
@@ -60,8 +62,13 @@ pub(crate) struct Outcome {
     /// Of samples that were not finite.
     pub(crate) faults: Faults,
     pub(crate) error: Option<RenderError>,
+    /// Until final paths were traced.
+    pub(crate) gather_secs: f64,
     pub(crate) render_secs: f64,
     pub(crate) shades: Shades,
+    pub(crate) gather: GatherStats,
+    /// What final paths do with what was found.
+    pub(crate) means: Means,
     pub(crate) caustics: CausticStats,
 }
 
@@ -84,14 +91,15 @@ impl Frame {
     pub(crate) fn render(&self) {
         let has_cutouts = self.needs.cutouts || self.needs.nested_media;
         let result = match (self.needs.media, has_cutouts) {
-            (false, false) => self.run_passes::<false, _>(Air),
-            (false, true) => self.run_passes::<true, _>(Air),
-            (true, false) => self.run_passes::<false, _>(self.camera_media()),
-            (true, true) => self.run_passes::<true, _>(self.camera_media()),
+            (false, false) => self.run_integrator::<false, _>(Air),
+            (false, true) => self.run_integrator::<true, _>(Air),
+            (true, false) => self.run_integrator::<false, _>(self.camera_media()),
+            (true, true) => self.run_integrator::<true, _>(self.camera_media()),
         };
         let mut outcome = self.lock_outcome();
         outcome.error = result.err();
-        outcome.render_secs = self.start.elapsed().as_secs_f64() - outcome.caustics.seconds;
+        let before_paths = outcome.gather_secs + outcome.caustics.seconds;
+        outcome.render_secs = self.start.elapsed().as_secs_f64() - before_paths;
         outcome.has_ended = true;
         drop(outcome);
         self.ended.notify_all();
@@ -106,17 +114,41 @@ impl Frame {
         media_around(ray.at(ray.t_min), &prepared.geometry, &prepared.textures)
     }
 
-    fn run_passes<const CUTOUTS: bool, M: Media>(
+    fn run_integrator<const CUTOUTS: bool, M: Media>(
         &self,
         camera_media: M,
     ) -> Result<(), RenderError> {
-        let prepared = &*self.prepared;
-        let tracer = RayTracer::<CUTOUTS> {
-            geometry: &prepared.geometry,
-            textures: &prepared.textures,
-            blame: &self.blame,
+        let tracer = self.tracer::<CUTOUTS>();
+        let integrator = self.integrator::<CUTOUTS, M>(camera_media);
+        if self.settings.integrator == Integrator::Path {
+            return self.run_passes(integrator, &tracer);
+        }
+        let estimate = match self.estimate_gather(integrator, &tracer) {
+            Ok(estimate) => estimate,
+            Err(error) => return self.stopped_by(error),
         };
-        let integrator = PathIntegrator::<CUTOUTS, M> {
+        self.lock_outcome().gather_secs = self.start.elapsed().as_secs_f64();
+        match estimate.as_ref().and_then(GatherEstimate::guide) {
+            Some(guide) => self.run_passes(integrator.guided_by(guide), &tracer),
+            None => self.run_passes(integrator, &tracer),
+        }
+    }
+
+    pub(crate) fn tracer<const CUTOUTS: bool>(&self) -> RayTracer<'_, CUTOUTS> {
+        RayTracer {
+            geometry: &self.prepared.geometry,
+            textures: &self.prepared.textures,
+            blame: &self.blame,
+        }
+    }
+
+    /// The integrator of paths that know nothing beforehand.
+    pub(crate) fn integrator<const CUTOUTS: bool, M: Media>(
+        &self,
+        camera_media: M,
+    ) -> PathIntegrator<'_, CUTOUTS, M> {
+        let prepared = &*self.prepared;
+        PathIntegrator {
             geometry: &prepared.geometry,
             lights: &prepared.lights,
             textures: &prepared.textures,
@@ -124,17 +156,26 @@ impl Frame {
             camera_cone: RayCone::of_camera_ray(&self.camera, self.settings.samples_per_pixel),
             needs: self.needs,
             camera_media,
+            guide: Unguided,
             merge: Unmerged,
             blame: &self.blame,
             watch: Unwatched,
-        };
+        }
+    }
+
+    /// Takes all samples by one integrator.
+    pub(crate) fn run_passes<const CUTOUTS: bool, M: Media, G: Guide>(
+        &self,
+        integrator: PathIntegrator<'_, CUTOUTS, M, G>,
+        tracer: &RayTracer<'_, CUTOUTS>,
+    ) -> Result<(), RenderError> {
         let passes = 0..self.passes.n_passes();
         let plan = match self.settings.gi {
             GlobalIllumination::Exact => None,
             GlobalIllumination::Consistent => CausticPlan::of(self)?,
         };
         let Some(plan) = plan else {
-            return self.run_some(integrator, &tracer, passes);
+            return self.run_some(integrator, tracer, passes);
         };
         for pass in passes {
             if self.is_over() || self.is_late() {
@@ -142,15 +183,15 @@ impl Frame {
             }
             let photons = plan.trace(self, pass)?;
             let merging = integrator.merging_by(photons.merge(self));
-            self.run_some(merging, &tracer, pass..pass + 1)?;
+            self.run_some(merging, tracer, pass..pass + 1)?;
         }
         Ok(())
     }
 
     /// Takes the samples of some passes.
-    fn run_some<const CUTOUTS: bool, M: Media, X: Merge>(
+    fn run_some<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
         &self,
-        integrator: PathIntegrator<'_, CUTOUTS, M, X>,
+        integrator: PathIntegrator<'_, CUTOUTS, M, G, X>,
         tracer: &RayTracer<'_, CUTOUTS>,
         passes: Range<u32>,
     ) -> Result<(), RenderError> {
@@ -158,19 +199,22 @@ impl Frame {
             frame: self,
             integrator,
         };
-        match self.run_samples(sampler, tracer, passes) {
-            // A frame that was told to stop has not failed.
-            Ok(()) | Err(RunError::Cancelled) => Ok(()),
-            Err(error) => {
-                let geometry = &self.prepared.geometry;
-                Err(RenderError::of_run(error, &self.blame, geometry))
-            }
-        }
+        self.run_samples(sampler, tracer, passes)
+            .or_else(|error| self.stopped_by(error))
     }
 
-    fn run_samples<const CUTOUTS: bool, M: Media, X: Merge>(
+    /// A frame that was told to stop has not failed.
+    fn stopped_by(&self, error: RunError) -> Result<(), RenderError> {
+        if error == RunError::Cancelled {
+            return Ok(());
+        }
+        let geometry = &self.prepared.geometry;
+        Err(RenderError::of_run(error, &self.blame, geometry))
+    }
+
+    fn run_samples<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
         &self,
-        sampler: PixelSampler<'_, CUTOUTS, M, X>,
+        sampler: PixelSampler<'_, CUTOUTS, M, G, X>,
         tracer: &RayTracer<'_, CUTOUTS>,
         passes: Range<u32>,
     ) -> Result<(), RunError> {

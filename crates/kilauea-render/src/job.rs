@@ -48,77 +48,7 @@ impl RenderJob {
         prepared: Arc<PreparedScene>,
         settings: RenderSettings,
     ) -> Result<Self, RenderError> {
-        let start = Instant::now();
-        check_settings(&settings)?;
-        let scene = &prepared.scene;
-        let data_window = settings.data_window.unwrap_or(DataWindow {
-            min: [0, 0],
-            max: settings.resolution.map(|n| n as i32),
-        });
-        let aovs = if settings.aovs.is_empty() {
-            Aov::all().collect()
-        } else {
-            settings
-                .aovs
-                .iter()
-                .map(|name| name.parse())
-                .collect::<Result<_, _>>()?
-        };
-        let film = Film::new(FilmSettings {
-            resolution: settings.resolution,
-            data_window,
-            tile_size: TILE_SIZE,
-            aovs,
-        });
-        let n_pixels = (0..2)
-            .map(|i| (i64::from(data_window.max[i]) - i64::from(data_window.min[i])) as u64)
-            .product();
-        let n_threads = match settings.threads {
-            0 => std::thread::available_parallelism().map_or(1, usize::from),
-            n => n as usize,
-        };
-        let needs = if settings.specialize {
-            SceneNeeds {
-                surface_layers: film.aovs().iter().copied().any(describes_surface),
-                ..prepared.needs
-            }
-        } else {
-            SceneNeeds::ALL
-        };
-        let needs = needs
-            .with(&settings.general)
-            .map_err(|name| RenderError::Setting {
-                name: "general",
-                value: name.to_owned(),
-                reason: "no feature has that name",
-            })?;
-        let frame = Arc::new(Frame {
-            needs,
-            filter: Filter::new(settings.filter, settings.filter_radius),
-            camera: RayGenerator::new(&scene.camera, settings.resolution, scene.origin_world),
-            sampler: SamplerTables::new(
-                settings.samples_per_pixel,
-                settings.max_depth,
-                settings.seed,
-            ),
-            passes: Passes::new(&film, settings.samples_per_pixel),
-            film,
-            pixels_sampled: AtomicU64::new(0),
-            n_pixels,
-            is_cancelled: AtomicBool::new(false),
-            has_panicked: AtomicBool::new(false),
-            start,
-            deadline: settings
-                .time_limit_secs
-                .map(|secs| start + Duration::from_secs_f64(secs.max(0.0))),
-            n_threads,
-            blame: Blame::default(),
-            outcome: Mutex::default(),
-            ended: Condvar::new(),
-            prepared,
-            settings,
-            conditions,
-        });
+        let frame = Arc::new(Frame::new(conditions, prepared, settings)?);
         let thread = std::thread::Builder::new()
             .name("render".to_owned())
             .spawn({
@@ -193,6 +123,85 @@ fn describes_surface(aov: Aov) -> bool {
 }
 
 impl Frame {
+    /// A frame that nothing has been rendered of.
+    pub(crate) fn new(
+        conditions: Conditions,
+        prepared: Arc<PreparedScene>,
+        settings: RenderSettings,
+    ) -> Result<Self, RenderError> {
+        let start = Instant::now();
+        check_settings(&settings)?;
+        let scene = &prepared.scene;
+        let data_window = settings.data_window.unwrap_or(DataWindow {
+            min: [0, 0],
+            max: settings.resolution.map(|n| n as i32),
+        });
+        let aovs = if settings.aovs.is_empty() {
+            Aov::all().collect()
+        } else {
+            settings
+                .aovs
+                .iter()
+                .map(|name| name.parse())
+                .collect::<Result<_, _>>()?
+        };
+        let film = Film::new(FilmSettings {
+            resolution: settings.resolution,
+            data_window,
+            tile_size: TILE_SIZE,
+            aovs,
+        });
+        let n_pixels = (0..2)
+            .map(|i| (i64::from(data_window.max[i]) - i64::from(data_window.min[i])) as u64)
+            .product();
+        let n_threads = match settings.threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            n => n as usize,
+        };
+        let needs = if settings.specialize {
+            SceneNeeds {
+                surface_layers: film.aovs().iter().copied().any(describes_surface),
+                ..prepared.needs
+            }
+        } else {
+            SceneNeeds::ALL
+        };
+        let needs = needs
+            .with(&settings.general)
+            .map_err(|name| RenderError::Setting {
+                name: "general",
+                value: name.to_owned(),
+                reason: "no feature has that name",
+            })?;
+        Ok(Self {
+            needs,
+            filter: Filter::new(settings.filter, settings.filter_radius),
+            camera: RayGenerator::new(&scene.camera, settings.resolution, scene.origin_world),
+            sampler: SamplerTables::new(
+                settings.samples_per_pixel,
+                settings.max_depth,
+                settings.seed,
+            ),
+            passes: Passes::new(&film, settings.samples_per_pixel),
+            film,
+            pixels_sampled: AtomicU64::new(0),
+            n_pixels,
+            is_cancelled: AtomicBool::new(false),
+            has_panicked: AtomicBool::new(false),
+            start,
+            deadline: settings
+                .time_limit_secs
+                .map(|secs| start + Duration::from_secs_f64(secs.max(0.0))),
+            n_threads,
+            blame: Blame::default(),
+            outcome: Mutex::default(),
+            ended: Condvar::new(),
+            prepared,
+            settings,
+            conditions,
+        })
+    }
+
     /// What was rendered, once rendering has stopped.
     fn into_result(self) -> Result<RenderResult, RenderError> {
         let outcome = self
@@ -204,7 +213,12 @@ impl Frame {
         }
         let prepared = &*self.prepared;
         let full_passes = self.passes.n_done();
-        let (needs, skipped) = self.needs.names();
+        let (needs, skipped) = SceneNeeds {
+            guided_directions: self.needs.guided_directions || outcome.means.directions,
+            residual_roulette: self.needs.residual_roulette || outcome.means.roulette,
+            ..self.needs
+        }
+        .names();
         let scene = &prepared.scene;
         let tiles = prepared.textures.stats();
         let samples = self.film.n_samples();
@@ -241,6 +255,7 @@ impl Frame {
             times: Times {
                 build: prepared.build_secs,
                 photon: outcome.caustics.seconds,
+                gather: outcome.gather_secs,
                 render: outcome.render_secs,
                 ..Times::default()
             },
@@ -261,6 +276,7 @@ impl Frame {
             },
             shades: outcome.shades.stats(),
             photons: outcome.caustics,
+            gather: outcome.gather,
             textures: Textures {
                 tiles_total: tiles.tiles_total,
                 tiles_loaded: tiles.tiles_loaded,

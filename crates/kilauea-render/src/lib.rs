@@ -10,6 +10,7 @@ mod check;
 mod conditions;
 mod error;
 mod frame;
+mod gather;
 mod geometry;
 mod integrator;
 mod job;
@@ -39,4 +40,4 @@ pub use photon::{
     TracedPhotons, photon_benefit, photon_picture, trace_importons, trace_photons,
 };
 pub use prepared::{PrepareOptions, PreparedScene};
-pub use stats::{RenderStats, peak_rss_bytes};
+pub use stats::{GatherStats, RenderStats, peak_rss_bytes};

@@ -61,6 +61,11 @@ scene_needs! {
     lens,
     /// Layers are recorded that describe surfaces: normals, positions, albedo, ids.
     surface_layers,
+    /// Directions are drawn from where earlier paths found light: where that pays, so that it is
+    /// known only after a frame. With the next one, for the integrator `kilauea` alone.
+    guided_directions,
+    /// Paths end by what earlier paths found.
+    residual_roulette,
 }
 
 impl SceneNeeds {
@@ -100,6 +105,8 @@ impl SceneNeeds {
             nested_media: priorities.len() > 1,
             lens: scene.camera.lens_radius > 0.0,
             surface_layers: true,
+            guided_directions: false,
+            residual_roulette: false,
         }
     }
 

@@ -10,7 +10,7 @@ use std::thread::scope;
 
 use kilauea_spot::{Answerer, Context, Program, RunError, Runtime};
 
-use crate::integrator::{Answer, Media, Merge, Question, RayTracer};
+use crate::integrator::{Answer, Guide, Media, Merge, Question, RayTracer};
 use crate::passes::PixelRun;
 use crate::program::{PassesJob, Sampled, StopOnPanic};
 use crate::samples::PixelSampler;
@@ -22,8 +22,8 @@ struct NoSpots;
 struct Answered<'a, const CUTOUTS: bool>(&'a RayTracer<'a, CUTOUTS>);
 
 /// Takes all samples of `job`, whose roots are whole tiles, on `n_threads` threads.
-pub(crate) fn run_plain<const CUTOUTS: bool, M: Media, X: Merge>(
-    sampler: &PixelSampler<'_, CUTOUTS, M, X>,
+pub(crate) fn run_plain<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
+    sampler: &PixelSampler<'_, CUTOUTS, M, G, X>,
     tracer: &RayTracer<'_, CUTOUTS>,
     job: &PassesJob<'_>,
     n_threads: usize,
@@ -51,26 +51,29 @@ pub(crate) fn run_plain<const CUTOUTS: bool, M: Media, X: Merge>(
 }
 
 /// Takes the samples that a tile's pixels get in a pass.
-fn sample_tile<const CUTOUTS: bool, M: Media, X: Merge>(
-    sampler: &PixelSampler<'_, CUTOUTS, M, X>,
+fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
+    sampler: &PixelSampler<'_, CUTOUTS, M, G, X>,
     tracer: &RayTracer<'_, CUTOUTS>,
     run: PixelRun,
 ) -> Sampled {
     let PixelSampler { frame, integrator } = sampler;
     let _stop = StopOnPanic(frame);
     let mut sampled = Sampled::default();
+    let mut trail = G::Trail::default();
     let mut tile = frame.film.tile(run.tile as usize);
     for pixel_idx in run.pixels {
         if frame.is_over() {
             break;
         }
         let pixel = sampler.pixel(run.tile, pixel_idx);
+        integrator.guide.begin(&mut trail, pixel.position);
         for sample_idx in frame.passes.samples(run.pass) {
             let (ray, start) = sampler.start(&pixel, sample_idx);
             let cx = Answered(tracer);
             let path = integrator.start(ray);
             let counts = &mut sampled.counts;
-            let mut sample = in_place(integrator.trace(path, &start.sampler, counts, &cx));
+            let path = integrator.trace(path, &start.sampler, counts, &mut trail, &cx);
+            let mut sample = in_place(path);
             sampler.finish(&start, &mut sample);
             if !tile.add(pixel_idx as usize, &sample) {
                 in_place(sampler.note_fault(&pixel, sample_idx, &cx));

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use kilauea_spot::{Context, Job, Pool, Program, Runtime};
 
 use crate::frame::Frame;
-use crate::integrator::{Answer, Media, Merge, Question, RayCounts};
+use crate::integrator::{Answer, Guide, Media, Merge, Question, RayCounts};
 use crate::passes::PixelRun;
 use crate::samples::PixelSampler;
 
@@ -14,8 +14,8 @@ use crate::samples::PixelSampler;
 ///
 /// A path has one ray to follow and one light to look at, so its vertices need no SPOTs of their
 /// own: they would only hand on its throughput.
-pub(crate) struct PixelProgram<'f, const CUTOUTS: bool, M, X> {
-    pub(crate) sampler: PixelSampler<'f, CUTOUTS, M, X>,
+pub(crate) struct PixelProgram<'f, const CUTOUTS: bool, M, G, X> {
+    pub(crate) sampler: PixelSampler<'f, CUTOUTS, M, G, X>,
 }
 
 /// What a SPOT did.
@@ -32,7 +32,9 @@ pub(crate) struct PassesJob<'f> {
     pub(crate) n_pixels: u32,
 }
 
-impl<const CUTOUTS: bool, M: Media, X: Merge> Program for PixelProgram<'_, CUTOUTS, M, X> {
+impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> Program
+    for PixelProgram<'_, CUTOUTS, M, G, X>
+{
     type Work = PixelRun;
     type Output = Sampled;
     type Question = Question;
@@ -47,7 +49,7 @@ impl<const CUTOUTS: bool, M: Media, X: Merge> Program for PixelProgram<'_, CUTOU
     }
 }
 
-impl<const CUTOUTS: bool, M: Media, X: Merge> PixelProgram<'_, CUTOUTS, M, X> {
+impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS, M, G, X> {
     /// Takes the samples that some pixels get in a pass, and adds them to the film.
     ///
     /// Not an `async fn`, which would keep each argument in two places while it waits.
@@ -57,6 +59,7 @@ impl<const CUTOUTS: bool, M: Media, X: Merge> PixelProgram<'_, CUTOUTS, M, X> {
         cx: C,
     ) -> impl Future<Output = Sampled> {
         let mut sampled = Sampled::default();
+        let mut trail = G::Trail::default();
         async move {
             let PixelSampler { frame, integrator } = &self.sampler;
             // Others may wait for these pixels.
@@ -69,13 +72,16 @@ impl<const CUTOUTS: bool, M: Media, X: Merge> PixelProgram<'_, CUTOUTS, M, X> {
                     break;
                 }
                 let pixel = self.sampler.pixel(run.tile, pixel_idx);
+                integrator.guide.begin(&mut trail, pixel.position);
                 for sample_idx in frame.passes.samples(run.pass) {
                     let (ray, start) = self.sampler.start(&pixel, sample_idx);
                     let pixel_idx = pixel_idx as usize;
                     let is_finite = {
                         let path = integrator.start(ray);
                         let counts = &mut sampled.counts;
-                        let mut sample = integrator.trace(path, &start.sampler, counts, &cx).await;
+                        let mut sample = integrator
+                            .trace(path, &start.sampler, counts, &mut trail, &cx)
+                            .await;
                         self.sampler.finish(&start, &mut sample);
                         match &mut held_tile {
                             Some(tile) => tile.add(pixel_idx, &sample),

@@ -7,22 +7,23 @@ use kilauea_spot::{Context, Program};
 
 use crate::frame::Frame;
 use crate::integrator::{
-    Answer, Fault, FirstFault, Media, Merge, PathIntegrator, Question, RayCounts, SampleId, Step,
+    Answer, Fault, FirstFault, Guide, Media, Merge, PathIntegrator, Question, RayCounts, SampleId,
+    Step,
 };
 use crate::sampler::{PixelSequence, Purpose, Sampler};
 
 /// Takes samples of pixels.
-pub(crate) struct PixelSampler<'f, const CUTOUTS: bool, M, X> {
+pub(crate) struct PixelSampler<'f, const CUTOUTS: bool, M, G, X> {
     pub(crate) frame: &'f Frame,
-    pub(crate) integrator: PathIntegrator<'f, CUTOUTS, M, X>,
+    pub(crate) integrator: PathIntegrator<'f, CUTOUTS, M, G, X>,
 }
 
 /// A pixel of which samples are taken.
 #[derive(Clone, Copy)]
 pub(crate) struct SampledPixel<'f> {
     /// Column and row.
-    position: [i32; 2],
-    sequence: PixelSequence<'f>,
+    pub(crate) position: [i32; 2],
+    pub(crate) sequence: PixelSequence<'f>,
 }
 
 /// What is known of a sample besides its ray.
@@ -34,7 +35,7 @@ pub(crate) struct SampleStart<'f> {
     offset_sq: f32,
 }
 
-impl<const CUTOUTS: bool, M: Media, X: Merge> PixelSampler<'_, CUTOUTS, M, X> {
+impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS, M, G, X> {
     /// The pixel with that number in a tile.
     pub(crate) fn pixel(&self, tile: u32, pixel_idx: u32) -> SampledPixel<'_> {
         let position = self.frame.passes.pixel(tile, pixel_idx);
@@ -99,10 +100,12 @@ impl<const CUTOUTS: bool, M: Media, X: Merge> PixelSampler<'_, CUTOUTS, M, X> {
         let first = FirstFault::default();
         let mut counts = RayCounts::default();
         let integrator = self.integrator.watched_by(&first);
+        let mut trail = G::Trail::default();
+        integrator.guide.begin(&mut trail, pixel.position);
         let (ray, start) = self.start(pixel, sample_idx);
         let path = integrator.start(ray);
         integrator
-            .trace(path, &start.sampler, &mut counts, cx)
+            .trace(path, &start.sampler, &mut counts, &mut trail, cx)
             .await;
         let fault = first.get().unwrap_or(Fault {
             step: Step::Exposure,

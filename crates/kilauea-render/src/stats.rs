@@ -31,6 +31,8 @@ pub struct RenderStats {
     pub shades: ShadeStats,
     /// Photons that caustics are found by.
     pub photons: CausticStats,
+    /// What final-gather estimation found.
+    pub gather: GatherStats,
     /// Texture tiles.
     pub textures: Textures,
     /// Size of the scene.
@@ -119,6 +121,26 @@ pub struct Memory {
     pub shades_in_flight_peak: u64,
     /// Texture tiles, at their highest.
     pub texture_tiles_peak: u64,
+}
+
+/// What final-gather estimation found; zeros where there was none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct GatherStats {
+    /// Training paths traced.
+    pub paths: u64,
+    /// What they left.
+    pub records: u64,
+    /// Cells of directions.
+    pub cells: u64,
+    /// Bytes that all cells take.
+    pub bytes: u64,
+    /// Efficiency, one over variance and cost, of paths whose directions come from cells, over that
+    /// of plain paths; zero where it was not measured, as in the next two.
+    pub efficiency_of_directions: f32,
+    /// Of paths that end by residual roulette.
+    pub efficiency_of_roulette: f32,
+    /// Of paths that do both.
+    pub efficiency_of_both: f32,
 }
 
 /// Texture tiles read.

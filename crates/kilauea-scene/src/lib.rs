@@ -34,5 +34,7 @@ pub use material::{Channel, Input, Material, Node, NodeIdx, TextureFile, Texture
 pub use photon_settings::{CausticStrategy, PhotonSettings};
 pub use points::PointsChunk;
 pub use scene::Scene;
-pub use settings::{DataWindow, FilterKind, GlobalIllumination, RenderSettings, Shading};
+pub use settings::{
+    DataWindow, FilterKind, GlobalIllumination, Integrator, RenderSettings, Shading,
+};
 pub use visibility::Visibility;

@@ -16,6 +16,9 @@ pub struct RenderSettings {
     pub samples_per_pixel: u32,
     /// Bounces after the camera ray; 0 is emission alone.
     pub max_depth: u32,
+    /// How paths find light.
+    #[serde(default)]
+    pub integrator: Integrator,
     /// How light is found that surfaces throw on each other.
     #[serde(default)]
     pub gi: GlobalIllumination,
@@ -56,6 +59,7 @@ impl Default for RenderSettings {
             data_window: None,
             samples_per_pixel: 64,
             max_depth: 16,
+            integrator: Integrator::default(),
             gi: GlobalIllumination::default(),
             photons: PhotonSettings::default(),
             seed: 0,
@@ -73,6 +77,28 @@ impl Default for RenderSettings {
     }
 }
 
+/// Pixels from `min` up to and without `max`, y down, (0, 0) at the upper left of the display
+/// window; may reach outside of it (overscan).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DataWindow {
+    /// First column and row.
+    pub min: [i32; 2],
+    /// One past the last column and row.
+    pub max: [i32; 2],
+}
+
+/// How paths find light. The expected image is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Integrator {
+    /// By what surfaces and lights are like alone.
+    #[default]
+    Path,
+    /// By what earlier paths found as well, where that pays.
+    Kilauea,
+}
+
 /// How light is found that surfaces throw on each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -83,17 +109,6 @@ pub enum GlobalIllumination {
     /// Caustics by photons as well, where that pays: what is blurred of them vanishes with the number
     /// of samples.
     Consistent,
-}
-
-/// Pixels from `min` up to and without `max`, y down, (0, 0) at the upper left of the display
-/// window; may reach outside of it (overscan).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DataWindow {
-    /// First column and row.
-    pub min: [i32; 2],
-    /// One past the last column and row.
-    pub max: [i32; 2],
 }
 
 /// Pixel filters.

@@ -16,8 +16,8 @@ ENVIRONMENT_PREFIX = "KILAUEA_"
 MAX_SIDE = 65536
 """Pixels of a picture's longest side."""
 
-BUILT_INTEGRATORS = ("path",)
-"""Choices of `--integrator` that exist; the others render with `path`."""
+BUILT_INTEGRATORS = ("kilauea", "path")
+"""Choices of `--integrator`."""
 
 SUBDIVISION_LEVELS = {"low": 0, "medium": 1, "high": 2, "veryhigh": 3}
 
@@ -115,7 +115,7 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("--timelimit", type=_seconds, metavar="SECONDS", help="for the whole command")
     add("--noise", type=float, metavar="THRESHOLD", help="stop where the image is this clean")
     add("--seed", type=int)
-    add("--integrator", choices=("kilauea", "path"))
+    add("--integrator", choices=BUILT_INTEGRATORS, help="path by default")
     add("--gi", choices=("exact", "consistent"), help="exact by default")
     add("--max-depth", type=_not_negative, metavar="BOUNCES", help="16 by default")
     add("-j", "--threads", type=int, default=0, help="0 all cores, -1 all but one")

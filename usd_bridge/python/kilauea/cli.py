@@ -14,7 +14,6 @@ from typing import Any
 
 from kilauea import framespec, interrupt, request
 from kilauea.arguments import (
-    BUILT_INTEGRATORS,
     ArgumentParser,
     add_render_options,
     add_stage_options,
@@ -114,10 +113,6 @@ def _render(args: argparse.Namespace) -> int:
     for flag in _FLAGS_NOT_BUILT_YET:
         if getattr(args, flag):
             request.print_warning(f"--{flag} is not built yet: ignored")
-    if args.integrator and args.integrator not in BUILT_INTEGRATORS:
-        request.print_warning(
-            f"--integrator {args.integrator} is not built yet: rendering with path"
-        )
     settings = request.engine_settings(args)
     max_level = subdivision_level(args.complexity)
     verbosity, letters = request.verbosity(args.verbose)

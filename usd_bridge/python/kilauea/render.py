@@ -22,6 +22,7 @@ DEFAULTS: dict[str, Any] = {
     "data_window": None,
     "samples_per_pixel": 64,
     "max_depth": 16,
+    "integrator": "path",
     "gi": "exact",
     "seed": 0,
     "filter": "blackman-harris",

@@ -28,8 +28,9 @@ impl BlockRay<'_> {
     /// The ray as primitives other than triangles see it.
     #[inline(always)]
     fn frame(&self) -> RayFrame {
-        let origin = DVec3::from_array(self.tree.origin_f64);
-        let dir = DVec3::from_array(self.tree.dir_f64);
+        let axes = [0, 1, 2];
+        let origin = DVec3::from_array(axes.map(|axis| self.tree.exact_origin(axis)));
+        let dir = DVec3::from_array(axes.map(|axis| self.tree.exact_dir(axis)));
         RayFrame::new(origin, dir, self.t_min)
     }
 }

@@ -49,7 +49,7 @@ impl Block for MovingPairs {
         while open != 0 {
             let lane = (open.trailing_zeros() & 7) as usize;
             open &= open - 1;
-            if let Some(place) = kernel.position(&ray.tree_ray, &leaf, lane)
+            if let Some(place) = kernel.position((&ray.tree_ray, &ray.leaf_ray), &leaf, lane)
                 && offer(leaf.triangle[lane], place)
             {
                 return;

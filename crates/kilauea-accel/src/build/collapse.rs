@@ -2,6 +2,7 @@
 //! 2017, section 4.1).
 
 use obvhs::bvh2::Bvh2;
+use rayon::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// What a leaf may hold and cost.
@@ -46,8 +47,8 @@ impl Choices {
     /// Chooses for a tree that has a root.
     pub(super) fn new(bvh: &Bvh2, options: LeafOptions) -> Self {
         let mut choices = Self {
-            choices: std::iter::repeat_with(AtomicU32::default)
-                .take(bvh.nodes.len())
+            choices: (bvh.nodes.par_iter().with_min_len(MIN_PARALLEL))
+                .map(|_| AtomicU32::new(0))
                 .collect(),
             depth: 0,
         };

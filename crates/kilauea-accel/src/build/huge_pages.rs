@@ -1,18 +1,20 @@
 //! Memory of few translations: rays scatter over large trees, and with pages of 4 KiB most of their
 //! loads would wait for the page tables first.
 
-/// Less than this is not worth the copy.
+use rayon::prelude::*;
+
+/// Less than this is not worth the call.
 const LEAST_BYTES: usize = 8 << 20;
 
-/// The same items in memory for which the system was asked to use huge pages, where it has any.
-pub(super) fn moved_into<T: Copy>(items: Vec<T>) -> Vec<T> {
-    if size_of_val(items.as_slice()) < LEAST_BYTES {
-        return items;
+/// The items in memory for which the system was asked to use huge pages, where it has any and there
+/// are many items. Pages are touched first by the threads that write them.
+pub(super) fn collected<T: Send>(items: impl IndexedParallelIterator<Item = T>) -> Vec<T> {
+    let mut room = Vec::with_capacity(items.len());
+    if room.capacity() * size_of::<T>() >= LEAST_BYTES {
+        advise(&mut room);
     }
-    let mut moved = Vec::with_capacity(items.len());
-    advise(&mut moved);
-    moved.extend_from_slice(&items);
-    moved
+    items.collect_into_vec(&mut room);
+    room
 }
 
 /// Asks for huge pages for the room of a vector that nothing was written into yet.
@@ -37,10 +39,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn items_stay_as_they_are() {
+    fn items_stay_in_order() {
         for n in [0, 10, LEAST_BYTES / 8 + 1] {
-            let items: Vec<u64> = (0..n as u64).collect();
-            assert_eq!(moved_into(items.clone()), items);
+            let items = collected((0..n).into_par_iter().map(|i| i as u64));
+            assert!(items.into_iter().eq(0..n as u64));
         }
     }
 }

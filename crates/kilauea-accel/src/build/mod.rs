@@ -5,6 +5,7 @@ mod bins;
 mod blocks;
 mod collapse;
 mod huge_pages;
+mod outline;
 mod pair;
 mod parts;
 mod plan;
@@ -46,12 +47,10 @@ pub(crate) fn build_tree(soup: &Soup<'_>) -> (Tree, usize) {
         .collect();
     let wide = WideTree::over(references, PAIRS);
     let leaves = wide.leaves.par_iter();
-    let leaves: Vec<PairLeaf> = leaves
-        .map(|group| pack_leaf(group.items().map(|i| soup.pair(&pairs[i]))))
-        .collect();
+    let leaves = leaves.map(|group| pack_leaf(group.items().map(|i| soup.pair(&pairs[i]))));
     let tree = Tree {
-        leaves: huge_pages::moved_into(leaves),
-        nodes: huge_pages::moved_into(wide.nodes),
+        leaves: huge_pages::collected(leaves),
+        nodes: wide.nodes,
         n_triangles,
     };
     (tree, n_rejected)

@@ -2,9 +2,11 @@
 
 use super::binned::{self, MAX_DEPTH};
 use super::collapse::{Choices, LeafOptions};
+use super::huge_pages;
+use super::outline::{Outline, Outlines};
 use super::reference::Reference;
 use super::refine::refine;
-use crate::node::{LEAF, Node8, STACK_CAPACITY};
+use crate::node::{Node8, STACK_CAPACITY};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;
@@ -24,13 +26,6 @@ pub(crate) struct WideTree {
 pub(crate) struct Group {
     items: [u32; 4],
     len: u32,
-}
-
-/// A node before its boxes are written: what its children are in either tree.
-struct Outline {
-    binary: [u32; 8],
-    child: [u32; 8],
-    len: usize,
 }
 
 /// Nodes or leaves that are written in one go, at least.
@@ -60,83 +55,28 @@ impl WideTree {
     }
 
     fn collapsed(bvh: &Bvh2, choices: &Choices) -> Self {
-        let (outlines, leaf_roots) = outline(bvh, choices);
+        let outlines = Outlines::new(bvh, choices);
         let root = bvh.nodes[0].aabb();
         let scale = root.min.abs().max(root.max.abs()).max_element();
-        let nodes = outlines.par_iter().with_min_len(MIN_JOB);
-        let leaves = leaf_roots.par_iter().with_min_len(MIN_JOB);
+        let leaves = outlines.leaves.par_iter().with_min_len(MIN_JOB);
         Self {
-            nodes: nodes.map(|outline| outline.node(bvh, scale)).collect(),
+            nodes: huge_pages::collected(
+                (outlines.nodes.par_iter().with_min_len(MIN_JOB))
+                    .map(|outline| wide_node(bvh, outline, scale)),
+            ),
             leaves: leaves.map(|&root| Group::below(bvh, root)).collect(),
         }
     }
 }
 
-/// Walks the binary tree from wide node to wide node; also gives the binary nodes that become
-/// leaves, in order.
-fn outline(bvh: &Bvh2, choices: &Choices) -> (Vec<Outline>, Vec<u32>) {
-    let mut outlines = vec![Outline::EMPTY];
-    let mut leaves = Vec::new();
-    let mut open = vec![(0, 0)];
-    while let Some((binary, node)) = open.pop() {
-        let mut outline = Outline::EMPTY;
-        let mut add = |root: u32| {
-            outline.binary[outline.len] = root;
-            outline.len += 1;
-        };
-        if choices.is_leaf(binary) {
-            add(binary);
-        } else {
-            choices.for_each_child(bvh, binary, &mut add);
-            outline.order_for_any_hit(bvh, choices);
-        }
-        for lane in 0..outline.len {
-            let root = outline.binary[lane];
-            outline.child[lane] = if choices.is_leaf(root) {
-                leaves.push(root);
-                (leaves.len() - 1) as u32 | LEAF
-            } else {
-                outlines.push(Outline::EMPTY);
-                let index = outlines.len() - 1;
-                open.push((root, index));
-                index as u32
-            };
-        }
-        outlines[node] = outline;
+/// The boxes and links of a wide node.
+fn wide_node(bvh: &Bvh2, outline: &Outline, scale: f32) -> Node8 {
+    let mut node = Node8::NONE;
+    for (lane, (binary, link)) in outline.children().enumerate() {
+        set_lane_bounds(&mut node, lane, bvh.nodes[binary as usize].aabb(), scale);
+        node.child[lane] = link;
     }
-    (outlines, leaves)
-}
-
-impl Outline {
-    const EMPTY: Self = Self {
-        binary: [0; 8],
-        child: [0; 8],
-        len: 0,
-    };
-
-    /// Puts the children in the order in which a walk for any hit should try them: leaves first,
-    /// which can end it at once, then large ones. It takes the first lane first, and then from the
-    /// last down.
-    fn order_for_any_hit(&mut self, bvh: &Bvh2, choices: &Choices) {
-        let area = |root: u32| bvh.nodes[root as usize].aabb().half_area();
-        let children = &mut self.binary[..self.len];
-        children.sort_unstable_by(|&a, &b| {
-            let leaves_first = choices.is_leaf(b).cmp(&choices.is_leaf(a));
-            let large_first = area(b).total_cmp(&area(a));
-            leaves_first.then(large_first).then(a.cmp(&b))
-        });
-        children[1..].reverse();
-    }
-
-    fn node(&self, bvh: &Bvh2, scale: f32) -> Node8 {
-        let mut node = Node8::NONE;
-        for lane in 0..self.len {
-            let bounds = bvh.nodes[self.binary[lane] as usize].aabb();
-            set_lane_bounds(&mut node, lane, bounds, scale);
-            node.child[lane] = self.child[lane];
-        }
-        node
-    }
+    node
 }
 
 impl Group {
@@ -186,6 +126,7 @@ mod tests {
     use super::*;
     use crate::build::PAIRS;
     use crate::build::reference::references;
+    use crate::node::{EMPTY, LEAF};
     use kilauea_math::Vec3A;
     use kilauea_math::hash::{combine, unit_f32};
     use rayon::ThreadPoolBuilder;
@@ -221,12 +162,18 @@ mod tests {
     }
 
     #[test]
-    fn leaves_hold_every_item_once() {
-        for n in [1, 2, 5, 9, 1000] {
+    fn every_item_is_in_one_leaf_and_every_leaf_below_one_node() {
+        for n in [1, 2, 5, 9, 1000, 20_000] {
             let tree = WideTree::over(random_boxes(n), PAIRS);
             let mut items: Vec<usize> = tree.leaves.iter().flat_map(Group::items).collect();
             items.sort_unstable();
             assert!(items.into_iter().eq(0..n as usize));
+            let links = tree.nodes.iter().flat_map(|node| node.child);
+            let mut links: Vec<u32> = links.filter(|&link| link != EMPTY).collect();
+            links.sort_unstable();
+            let leaves = (0..tree.leaves.len() as u32).map(|leaf| leaf | LEAF);
+            let all = (1..tree.nodes.len() as u32).chain(leaves);
+            assert!(links.into_iter().eq(all), "each has one parent");
         }
     }
 }

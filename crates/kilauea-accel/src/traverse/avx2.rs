@@ -16,7 +16,7 @@ pub(crate) use x86::Avx2;
 #[cfg(not(target_arch = "x86_64"))]
 mod absent {
     use crate::ray::{Hit, Ray};
-    use crate::traverse::{Keep, Scene, TreeRay};
+    use crate::traverse::{Keep, Line, Scene, TreeRay};
 
     /// Kernels that this processor family does not have: no value exists.
     #[derive(Clone, Copy, Debug)]
@@ -31,20 +31,19 @@ mod absent {
             match self {}
         }
 
-        pub(crate) fn closest(
+        pub(crate) fn closest<L: Line>(
             self,
             _: Scene<'_>,
-            _: (&Ray, impl FnOnce() -> TreeRay),
+            _: (&Ray, impl FnOnce() -> TreeRay<L>),
             _: impl Keep,
         ) -> Option<Hit> {
             match self {}
         }
 
-        pub(crate) fn occluded(
+        pub(crate) fn occluded<L: Line>(
             self,
             _: Scene<'_>,
-            _: &Ray,
-            _: impl FnOnce() -> TreeRay,
+            _: (&Ray, impl FnOnce() -> TreeRay<L>),
             _: impl Keep,
         ) -> bool {
             match self {}

@@ -1,5 +1,5 @@
 use super::stack::{Links, Storage};
-use super::tree_ray::TreeRay;
+use super::tree_ray::{Line, TreeRay};
 use super::triangle;
 use crate::node::{Node8, PairLeaf};
 
@@ -48,10 +48,10 @@ pub(crate) trait Kernel: Copy {
     type Links: Links;
 
     /// Spreads what the box test reads.
-    fn node_ray(self, ray: &TreeRay) -> Self::NodeRay;
+    fn node_ray(self, ray: &TreeRay<impl Line>) -> Self::NodeRay;
 
     /// Spreads what the triangle test reads.
-    fn leaf_ray(self, ray: &TreeRay) -> Self::LeafRay;
+    fn leaf_ray(self, ray: &TreeRay<impl Line>) -> Self::LeafRay;
 
     /// Robust slab test of eight boxes within `limit`: the lanes hit, and where each is entered
     /// (never later than the true entry).
@@ -69,8 +69,24 @@ pub(crate) trait Kernel: Copy {
 
     /// Where the ray meets the triangle of a lane, as [`triangle::intersect`] finds it.
     #[inline(always)]
-    fn position(self, ray: &TreeRay, leaf: &PairLeaf, lane: usize) -> Option<[f32; 3]> {
+    fn position(
+        self,
+        (ray, _): (&TreeRay<impl Line>, &Self::LeafRay),
+        leaf: &PairLeaf,
+        lane: usize,
+    ) -> Option<[f32; 3]> {
         triangle::intersect(&leaf.lane(lane), ray)
+    }
+
+    /// The same by a call, for where that is rarely asked.
+    #[inline(always)]
+    fn position_apart(
+        self,
+        rays: (&TreeRay<impl Line>, &Self::LeafRay),
+        leaf: &PairLeaf,
+        lane: usize,
+    ) -> Option<[f32; 3]> {
+        self.position(rays, leaf, lane)
     }
 
     /// The lowest lane of a mask. `PREDICTED` is whether the processor should go on with a guess
@@ -78,6 +94,12 @@ pub(crate) trait Kernel: Copy {
     #[inline(always)]
     fn first_lane<const PREDICTED: bool>(self, mask: u32) -> usize {
         (mask.trailing_zeros() & 7) as usize
+    }
+
+    /// The highest lane of a mask that is not empty, which the processor may guess.
+    #[inline(always)]
+    fn last_lane(self, mask: u32) -> usize {
+        (mask.ilog2() & 7) as usize
     }
 
     /// The item that a link of the tree names.

@@ -20,7 +20,7 @@ pub(crate) use general::Part;
 pub(crate) use keep::{Keep, KeepAll};
 pub(crate) use kernel::{Distances, Kernel};
 pub(crate) use portable::Portable;
-pub(crate) use tree_ray::{Ball, TreeRay};
+pub(crate) use tree_ray::{Ball, Line, TreeRay};
 pub(crate) use two_level::{Instance, Scene};
 
 use crate::ray::{Hit, Ray};
@@ -43,10 +43,10 @@ impl Isa {
 
     /// `COHERENT` is whether the rays go much like those before them.
     #[inline(always)]
-    pub(crate) fn closest<const COHERENT: bool>(
+    pub(crate) fn closest<const COHERENT: bool, L: Line>(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, impl FnOnce() -> TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay<L>),
         keep: impl Keep,
     ) -> Option<Hit> {
         match self {
@@ -57,10 +57,10 @@ impl Isa {
     }
 
     #[inline(always)]
-    pub(crate) fn occluded(
+    pub(crate) fn occluded<L: Line>(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, impl FnOnce() -> TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay<L>),
         keep: impl Keep,
     ) -> bool {
         match self {

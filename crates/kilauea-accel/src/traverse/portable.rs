@@ -3,7 +3,7 @@
 use super::keep::Keep;
 use super::kernel::{Candidates, Distances, Kernel, Lanes};
 use super::stack::Entry;
-use super::tree_ray::{SLAB_SLACK, TreeRay};
+use super::tree_ray::{Line, SLAB_SLACK, TreeRay};
 use super::triangle::Shear;
 use super::two_level::{self, Scene};
 use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
@@ -14,19 +14,19 @@ use crate::ray::{Hit, Ray};
 pub(crate) struct Portable;
 
 impl Portable {
-    pub(crate) fn closest(
+    pub(crate) fn closest<L: Line>(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, impl FnOnce() -> TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay<L>),
         keep: impl Keep,
     ) -> Option<Hit> {
         two_level::closest(self, scene, rays, keep)
     }
 
-    pub(crate) fn occluded(
+    pub(crate) fn occluded<L: Line>(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, impl FnOnce() -> TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay<L>),
         keep: impl Keep,
     ) -> bool {
         two_level::occluded(self, scene, rays, keep)
@@ -51,7 +51,7 @@ impl Kernel for Portable {
     type Storage = [Entry; STACK_CAPACITY];
     type Links = [u32; STACK_CAPACITY];
 
-    fn node_ray(self, ray: &TreeRay) -> NodeRay {
+    fn node_ray(self, ray: &TreeRay<impl Line>) -> NodeRay {
         let rcp = ray.rcp();
         let near_plane = |axis: usize| 2 * axis + usize::from(ray.dir[axis].is_sign_negative());
         NodeRay {
@@ -63,7 +63,7 @@ impl Kernel for Portable {
         }
     }
 
-    fn leaf_ray(self, ray: &TreeRay) -> Shear {
+    fn leaf_ray(self, ray: &TreeRay<impl Line>) -> Shear {
         Shear::of(ray)
     }
 

@@ -3,7 +3,7 @@
 use super::keep::Keep;
 use super::kernel::{Distances, Kernel};
 use super::search::Search;
-use super::tree_ray::TreeRay;
+use super::tree_ray::{Line, TreeRay};
 use super::walk::{Visitor, walk};
 use crate::node::Tree;
 
@@ -12,11 +12,12 @@ use crate::node::Tree;
 /// Positions in `f64` are found for hits that need them: where rounding could change what wins,
 /// and once more for the winner. Until then a hit that is certain stands by the bounds of its
 /// distance.
-struct TreeLeaves<'a, K: Kernel, F, const ANY: bool> {
+struct TreeLeaves<'a, K: Kernel, L, F, const ANY: bool> {
     kernel: K,
     tree: &'a Tree,
-    ray: &'a TreeRay,
-    leaf_ray: K::LeafRay,
+    ray: &'a TreeRay<L>,
+    /// Apart, and so in memory: all lanes read it as they need it.
+    leaf_ray: &'a K::LeafRay,
     id_base: u32,
     /// The best hit so far is not nearer than this ...
     nearest: f32,
@@ -30,12 +31,13 @@ struct TreeLeaves<'a, K: Kernel, F, const ANY: bool> {
     search: &'a mut Search<F>,
 }
 
-impl<'a, K: Kernel, F: Keep, const ANY: bool> TreeLeaves<'a, K, F, ANY> {
+impl<'a, K: Kernel, L: Line, F: Keep, const ANY: bool> TreeLeaves<'a, K, L, F, ANY> {
     #[inline(always)]
     fn new(
         kernel: K,
         tree: &'a Tree,
-        ray: &'a TreeRay,
+        ray: &'a TreeRay<L>,
+        leaf_ray: &'a K::LeafRay,
         id_base: u32,
         distances: &'a mut Distances,
         search: &'a mut Search<F>,
@@ -45,7 +47,7 @@ impl<'a, K: Kernel, F: Keep, const ANY: bool> TreeLeaves<'a, K, F, ANY> {
             kernel,
             tree,
             ray,
-            leaf_ray: kernel.leaf_ray(ray),
+            leaf_ray,
             id_base,
             nearest,
             limit,
@@ -59,9 +61,10 @@ impl<'a, K: Kernel, F: Keep, const ANY: bool> TreeLeaves<'a, K, F, ANY> {
     #[inline(always)]
     fn offer(&mut self, leaf: u32, lane: usize) -> bool {
         let leaf = self.kernel.item(&self.tree.leaves, leaf);
+        let rays = (self.ray, self.leaf_ray);
         let wins = self
             .kernel
-            .position(self.ray, leaf, lane)
+            .position_apart(rays, leaf, lane)
             .is_some_and(|place| self.search.offer(leaf.hit(lane, place, self.id_base)));
         if wins {
             (self.nearest, self.limit) = self.ray.distance_bounds(self.search.best.t);
@@ -77,9 +80,26 @@ impl<'a, K: Kernel, F: Keep, const ANY: bool> TreeLeaves<'a, K, F, ANY> {
             debug_assert!(wins, "a certain hit was none");
         }
     }
+
+    /// The same once the walk has ended. What is certain wins by its bounds: nobody needs to ask.
+    #[inline(always)]
+    fn finish(self) {
+        let Some((leaf, lane)) = self.pending else {
+            return;
+        };
+        let leaf = self.kernel.item(&self.tree.leaves, leaf);
+        let rays = (self.ray, self.leaf_ray);
+        let place = self.kernel.position(rays, leaf, lane);
+        debug_assert!(place.is_some(), "a certain hit was none");
+        if let Some(place) = place {
+            let hit = leaf.hit(lane, place, self.id_base);
+            debug_assert!(self.search.t_min < hit.t && hit.wins_over(&self.search.best));
+            self.search.best = hit;
+        }
+    }
 }
 
-impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K, F, ANY> {
+impl<K: Kernel, L: Line, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K, L, F, ANY> {
     #[inline(always)]
     fn limit(&self) -> f32 {
         self.limit
@@ -90,7 +110,7 @@ impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K, F, ANY> 
         let block = self.kernel.item(&self.tree.leaves, leaf);
         let candidates = self
             .kernel
-            .candidates(&self.leaf_ray, self.limit, block, self.distances);
+            .candidates(self.leaf_ray, self.limit, block, self.distances);
         if ANY && F::ALL && candidates.certain != 0 {
             return true;
         }
@@ -124,17 +144,25 @@ impl<K: Kernel, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K, F, ANY> 
 pub(crate) fn visit_tree<K: Kernel, F: Keep, const ANY: bool>(
     kernel: K,
     tree: &Tree,
-    ray: &TreeRay,
+    ray: &TreeRay<impl Line>,
     id_base: u32,
     search: &mut Search<F>,
 ) -> bool {
     let mut distances = Distances::NONE;
-    let mut visitor =
-        TreeLeaves::<_, _, ANY>::new(kernel, tree, ray, id_base, &mut distances, search);
+    let leaf_ray = kernel.leaf_ray(ray);
+    let mut visitor = TreeLeaves::<_, _, _, ANY>::new(
+        kernel,
+        tree,
+        ray,
+        &leaf_ray,
+        id_base,
+        &mut distances,
+        search,
+    );
     let nodes = (&tree.nodes[..], 0.0);
     let is_found = walk::<_, _, ANY>(kernel, nodes, &kernel.node_ray(ray), &mut visitor);
     if !ANY {
-        visitor.settle();
+        visitor.finish();
     }
     is_found
 }

@@ -1,4 +1,4 @@
-use super::tree_ray::TreeRay;
+use super::tree_ray::{Line, TreeRay};
 use crate::node::LeafTriangle;
 
 /// The shear that takes a ray's direction to its largest axis (Woop et al. 2013), in the arithmetic
@@ -11,7 +11,7 @@ pub(crate) struct Shear {
 }
 
 impl Shear {
-    pub(crate) fn of(ray: &TreeRay) -> Self {
+    pub(crate) fn of(ray: &TreeRay<impl Line>) -> Self {
         let axes = ray.axes();
         let [x, y, z] = axes.map(|axis| ray.dir[axis]);
         let rcp_largest = 1.0 / z;
@@ -38,9 +38,8 @@ impl Shear {
 /// through an edge or a vertex of a closed mesh cannot pass. The position is found afresh in `f64`;
 /// where it is outside, it is that of the nearest point of the edges.
 #[inline(always)]
-pub(crate) fn intersect(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> Option<[f32; 3]> {
-    let [kx, ky, kz] = ray.axes();
-    let dir = [ray.dir_f64[kx], ray.dir_f64[ky], ray.dir_f64[kz]];
+pub(crate) fn intersect(triangle: &LeafTriangle<'_>, ray: &TreeRay<impl Line>) -> Option<[f32; 3]> {
+    let dir = ray.axes().map(|axis| ray.exact_dir(axis));
     let (a, a_along) = sheared_f64(triangle, 0, ray, dir);
     let (b, b_along) = sheared_f64(triangle, 1, ray, dir);
     let (c, c_along) = sheared_f64(triangle, 2, ray, dir);
@@ -89,7 +88,7 @@ fn is_left_behind(weights: [f64; 3], along: [f64; 3], dir_largest: f64) -> bool 
 /// Whether the line that [`super::kernel::Kernel::candidates`] named passes inside by the signs on
 /// which all triangles with a common corner agree.
 #[cold]
-fn is_decided_inside(triangle: &LeafTriangle<'_>, ray: &TreeRay) -> bool {
+fn is_decided_inside(triangle: &LeafTriangle<'_>, ray: &TreeRay<impl Line>) -> bool {
     // Products of `f32` are exact in `f64`: where the kernel found zero, this finds the sign.
     let shear = Shear::of(ray);
     let [a, b, c] = triangle
@@ -128,13 +127,11 @@ fn nearest_on_edges(corners: [[f64; 2]; 3]) -> [f64; 3] {
 fn sheared_f64(
     triangle: &LeafTriangle<'_>,
     corner: usize,
-    ray: &TreeRay,
+    ray: &TreeRay<impl Line>,
     dir: [f64; 3],
 ) -> ([f64; 2], f64) {
-    let [kx, ky, kz] = ray.axes();
-    let x = f64::from(triangle.coordinate(corner, kx)) - ray.origin_f64[kx];
-    let y = f64::from(triangle.coordinate(corner, ky)) - ray.origin_f64[ky];
-    let along = f64::from(triangle.coordinate(corner, kz)) - ray.origin_f64[kz];
+    let from_origin = |axis| f64::from(triangle.coordinate(corner, axis)) - ray.exact_origin(axis);
+    let [x, y, along] = ray.axes().map(from_origin);
     let sheared = [x * dir[2] - dir[0] * along, y * dir[2] - dir[1] * along];
     (sheared, along)
 }

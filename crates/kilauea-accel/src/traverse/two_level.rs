@@ -5,7 +5,7 @@ use super::keep::Keep;
 use super::kernel::Kernel;
 use super::search::Search;
 use super::tree_leaves::visit_tree;
-use super::tree_ray::{Ball, TreeRay};
+use super::tree_ray::{Ball, Line, TreeRay};
 use super::walk::{Visitor, walk};
 use crate::forest::Forest;
 use crate::node::{Node8, Tree};
@@ -58,10 +58,10 @@ impl Instance {
 /// The first hit in the order of [`Hit::wins_over`] that `keep` accepts. `tree_ray` makes
 /// the form of the ray that trees are asked with.
 #[inline(always)]
-pub(crate) fn closest<K: Kernel>(
+pub(crate) fn closest<K: Kernel, L: Line>(
     kernel: K,
     scene: Scene<'_>,
-    (ray, tree_ray): (&Ray, impl FnOnce() -> TreeRay),
+    (ray, tree_ray): (&Ray, impl FnOnce() -> TreeRay<L>),
     keep: impl Keep,
 ) -> Option<Hit> {
     let mut search = Search::new(ray, keep);
@@ -71,10 +71,10 @@ pub(crate) fn closest<K: Kernel>(
 
 /// Whether `keep` accepts any hit.
 #[inline(always)]
-pub(crate) fn occluded<K: Kernel>(
+pub(crate) fn occluded<K: Kernel, L: Line>(
     kernel: K,
     scene: Scene<'_>,
-    (ray, tree_ray): (&Ray, impl FnOnce() -> TreeRay),
+    (ray, tree_ray): (&Ray, impl FnOnce() -> TreeRay<L>),
     keep: impl Keep,
 ) -> bool {
     let search = &mut Search::new(ray, keep);
@@ -86,7 +86,7 @@ pub(crate) fn occluded<K: Kernel>(
 fn visit<K: Kernel, F: Keep, const ANY: bool>(
     kernel: K,
     scene: Scene<'_>,
-    (ray, world_ray): (&Ray, &TreeRay),
+    (ray, world_ray): (&Ray, &TreeRay<impl Line>),
     search: &mut Search<F>,
 ) -> bool {
     match scene {
@@ -101,7 +101,7 @@ fn visit<K: Kernel, F: Keep, const ANY: bool>(
                 instances,
                 trees,
                 ray,
-                world_ray,
+                world_ray: &world_ray.moved(),
                 search,
             };
             let node_ray = kernel.node_ray(world_ray);
@@ -119,7 +119,7 @@ fn visit<K: Kernel, F: Keep, const ANY: bool>(
                 parts,
                 forest,
                 ray,
-                world_ray,
+                world_ray: &world_ray.moved(),
                 search,
             };
             let node_ray = kernel.node_ray(world_ray);

@@ -174,7 +174,7 @@ fn in_order(a: Entry, b: Entry) -> (Entry, Entry) {
     (a.min(b), a.max(b))
 }
 
-/// Visits the leaves that the ray passes in no order, until one ends the walk.
+/// Visits the leaves that the ray passes, those below the last lanes first, until one ends the walk.
 #[inline(always)]
 fn any_order<K: Kernel, N: WalkNode>(
     kernel: K,
@@ -190,9 +190,10 @@ fn any_order<K: Kernel, N: WalkNode>(
             let node = kernel.item(nodes, current).at(fraction);
             let (mask, _) = kernel.slabs(ray, visitor.limit(), &node);
             if mask != 0 {
-                // The first child can be guessed; how many more there are, no branch asks.
-                current = node.child[kernel.first_lane::<true>(mask)];
-                n_open = open.push_lanes(n_open, &node.child, mask & (mask - 1));
+                // The next child can be guessed; how many more there are, no branch asks.
+                let lane = kernel.last_lane(mask);
+                current = node.child[lane];
+                n_open = open.push_lanes(n_open, &node.child, mask ^ 1 << lane);
                 continue;
             }
         } else if visitor.visit(current & !LEAF) {

@@ -12,6 +12,7 @@ use std::pin::pin;
 use super::blame::Blame;
 use super::cone::RayCone;
 use super::fault::{Step, Unwatched, Watch};
+use super::guide::{Guide, Unguided};
 use super::media::{Media, is_hidden};
 use super::merge::{Merge, Unmerged};
 use super::question::{Answer, Question};
@@ -26,7 +27,14 @@ use crate::sampler::Sampler;
 /// The path integrator. `CUTOUTS` as in [`super::RayTracer`], which it asks; `M` is what paths keep
 /// of the media around them.
 #[derive(Clone, Copy)]
-pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, X = Unmerged, W = Unwatched> {
+pub(crate) struct PathIntegrator<
+    'a,
+    const CUTOUTS: bool,
+    M,
+    G = Unguided,
+    X = Unmerged,
+    W = Unwatched,
+> {
     /// Surfaces.
     pub geometry: &'a Geometry,
     /// Lights.
@@ -41,6 +49,8 @@ pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, X = Unmerged, W = U
     pub needs: SceneNeeds,
     /// The media that the camera is in.
     pub camera_media: M,
+    /// What paths know beforehand of the light that they look for.
+    pub guide: G,
     /// How paths share what they find with photons.
     pub merge: X,
     /// Where a shader that panics leaves its name.
@@ -75,9 +85,9 @@ impl RayCounts {
     }
 }
 
-impl<'a, const CUTOUTS: bool, M: Media, X: Merge> PathIntegrator<'a, CUTOUTS, M, X> {
+impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PathIntegrator<'a, CUTOUTS, M, G, X> {
     /// The same integrator, whose paths merge with photons.
-    pub(crate) fn merging_by<Y: Merge>(&self, merge: Y) -> PathIntegrator<'a, CUTOUTS, M, Y> {
+    pub(crate) fn merging_by<Y: Merge>(&self, merge: Y) -> PathIntegrator<'a, CUTOUTS, M, G, Y> {
         PathIntegrator {
             geometry: self.geometry,
             lights: self.lights,
@@ -86,14 +96,15 @@ impl<'a, const CUTOUTS: bool, M: Media, X: Merge> PathIntegrator<'a, CUTOUTS, M,
             camera_cone: self.camera_cone,
             needs: self.needs,
             camera_media: self.camera_media,
+            guide: self.guide,
             merge,
             blame: self.blame,
             watch: Unwatched,
         }
     }
 
-    /// The same integrator, under watch.
-    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, X, W> {
+    /// The same integrator with another guide.
+    pub(crate) fn guided_by<H: Guide>(&self, guide: H) -> PathIntegrator<'a, CUTOUTS, M, H, X> {
         PathIntegrator {
             geometry: self.geometry,
             lights: self.lights,
@@ -102,6 +113,24 @@ impl<'a, const CUTOUTS: bool, M: Media, X: Merge> PathIntegrator<'a, CUTOUTS, M,
             camera_cone: self.camera_cone,
             needs: self.needs,
             camera_media: self.camera_media,
+            guide,
+            merge: self.merge,
+            blame: self.blame,
+            watch: Unwatched,
+        }
+    }
+
+    /// The same integrator, under watch.
+    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, G, X, W> {
+        PathIntegrator {
+            geometry: self.geometry,
+            lights: self.lights,
+            textures: self.textures,
+            max_depth: self.max_depth,
+            camera_cone: self.camera_cone,
+            needs: self.needs,
+            camera_media: self.camera_media,
+            guide: self.guide,
             merge: self.merge,
             blame: self.blame,
             watch,
@@ -109,7 +138,9 @@ impl<'a, const CUTOUTS: bool, M: Media, X: Merge> PathIntegrator<'a, CUTOUTS, M,
     }
 }
 
-impl<'a, const CUTOUTS: bool, M: Media, X: Merge, W: Watch> PathIntegrator<'a, CUTOUTS, M, X, W> {
+impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
+    PathIntegrator<'a, CUTOUTS, M, G, X, W>
+{
     /// A path that starts with a ray of the camera.
     #[inline]
     pub(crate) fn start(&self, camera_ray: Ray) -> Path<M, X::Eye> {
@@ -137,6 +168,7 @@ impl<'a, const CUTOUTS: bool, M: Media, X: Merge, W: Watch> PathIntegrator<'a, C
         mut path: Path<M, X::Eye>,
         sampler: &Sampler<'_>,
         counts: &mut RayCounts,
+        trail: &mut G::Trail,
         cx: &C,
     ) -> impl Future<Output = PixelSample>
     where
@@ -167,12 +199,15 @@ impl<'a, const CUTOUTS: bool, M: Media, X: Merge, W: Watch> PathIntegrator<'a, C
                 }
                 path.throughput.advance(depth);
                 let (shader, at) = (vertex.interaction.shader, vertex.interaction.at);
+                let knowledge = self.guide.at(trail, vertex.receiver());
                 let scattered = {
                     let shading = self.blame.shading(at);
                     let shade = pin!(shader.shade(PathShade {
                         integrator: self,
                         vertex,
                         path: &mut path,
+                        knowledge,
+                        trail: &mut *trail,
                         sampler,
                         counts,
                         out: &mut out,
@@ -190,6 +225,7 @@ impl<'a, const CUTOUTS: bool, M: Media, X: Merge, W: Watch> PathIntegrator<'a, C
                     path.throughput
                         .add_indirect(&mut out, depth, diffuse, specular);
                 }
+                G::depart(trail, &out, counts);
                 if scattered.path.is_black() {
                     break;
                 }

@@ -6,11 +6,13 @@ use kilauea_film::PixelSample;
 use kilauea_math::Spectrum;
 use kilauea_shading::{Scattered, Shade, Surface};
 use kilauea_spot::{Context, Program};
+use std::future::ready;
 use std::marker::PhantomData;
 use std::pin::Pin;
 use std::task::{self, Poll};
 
 use super::fault::{Step, Watch};
+use super::guide::{Guide, Knowledge};
 use super::media::Media;
 use super::merge::Merge;
 use super::path::{PathIntegrator, RayCounts};
@@ -22,15 +24,19 @@ use crate::sampler::{Purpose, Sampler};
 ///
 /// It owns the vertex, which so is gone once the shader has asked for all it wants to know: shades
 /// that wait are many, and a vertex is large.
-pub(super) struct PathShade<'v, 'a, P, C, M, X, W, const CUTOUTS: bool>
+pub(super) struct PathShade<'v, 'a, P, C, M, G, X, W, const CUTOUTS: bool>
 where
     P: Program,
     C: Context<P>,
+    G: Guide,
     X: Merge,
 {
-    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, X, W>,
+    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, G, X, W>,
     pub(super) vertex: Vertex<'a, M>,
     pub(super) path: &'v mut Path<M, X::Eye>,
+    /// What is known of the light here.
+    pub(super) knowledge: G::Knowledge,
+    pub(super) trail: &'v mut G::Trail,
     pub(super) sampler: &'v Sampler<'v>,
     pub(super) counts: &'v mut RayCounts,
     pub(super) out: &'v mut PixelSample,
@@ -47,12 +53,6 @@ struct DirectLight<R> {
     /// What lobes scatter of it toward the viewer, if nothing occludes it.
     diffuse: Spectrum,
     specular: Spectrum,
-}
-
-/// All other light, of which is known at once whether there will be any: what photons bring here is
-/// a part of what the path brings.
-struct IndirectLight {
-    goes_on: bool,
 }
 
 /// Shadow rays end this much before the light.
@@ -87,24 +87,13 @@ impl<R: Future<Output = Answer> + Unpin> Future for DirectLight<R> {
     }
 }
 
-impl Future for IndirectLight {
-    type Output = Scattered;
-
-    #[inline(always)]
-    fn poll(self: Pin<&mut Self>, _: &mut task::Context<'_>) -> Poll<Scattered> {
-        Poll::Ready(if self.goes_on {
-            Scattered::BY_PATH
-        } else {
-            Scattered::NOTHING
-        })
-    }
-}
-
-impl<'v, 'a, P, C, M, X, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, X, W, CUTOUTS>
+impl<'v, 'a, P, C, M, G, X, W, const CUTOUTS: bool> Shade
+    for PathShade<'v, 'a, P, C, M, G, X, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
+    G: Guide,
     X: Merge,
     W: Watch,
 {
@@ -117,7 +106,7 @@ where
     fn direct_light(
         &mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, X, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, G, X, W, CUTOUTS> {
         self.see_bsdf(bsdf);
         self.sample_lights(bsdf).unwrap_or(DirectLight::NOTHING)
     }
@@ -127,21 +116,26 @@ where
     fn indirect(
         mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, X, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, G, X, W, CUTOUTS> {
         self.see_bsdf(bsdf);
+        let (vertex, knowledge) = (&self.vertex, &self.knowledge);
         let merge = &self.integrator.merge;
-        let has_gathered = merge.gather(&mut self.path.eye, &self.vertex, bsdf);
-        IndirectLight {
-            goes_on: self.go_on(bsdf) || has_gathered,
+        let has_merged = merge.gather(&mut self.path.eye, vertex, bsdf, knowledge);
+        let mut scattered = self.go_on(bsdf);
+        if has_merged {
+            // What photons bring is a part of what the path brings, even if that ends here.
+            scattered.path = Spectrum::ONE;
         }
+        ready(scattered)
     }
 }
 
-impl<P, C, M, X, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, X, W, CUTOUTS>
+impl<P, C, M, G, X, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, G, X, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
+    G: Guide,
     X: Merge,
     W: Watch,
 {
@@ -195,13 +189,15 @@ where
                 ..ray
             }
         };
-        let (merge, eye) = (&self.integrator.merge, &self.path.eye);
-        let by_merging = merge.weight_of_connection(eye, &self.vertex, bsdf, &light, &eval);
-        let weight = match by_merging {
-            Some(weight) => weight,
-            None if sample.is_delta => 1.0,
-            None => power_heuristic(sample.pdf, eval.pdf),
+        let hit_pdf = if sample.is_delta {
+            0.0
+        } else {
+            self.knowledge.pdf(bsdf, sample.wi, eval.pdf)
         };
+        let (merge, eye) = (&self.integrator.merge, &self.path.eye);
+        let weight = merge
+            .weight_of_connection(eye, &self.vertex, bsdf, &light, hit_pdf)
+            .unwrap_or_else(|| power_heuristic(sample.pdf, hit_pdf));
         self.counts.shadow += 1;
         self.counts.invalid += u64::from(!shadow_ray.is_valid());
         // Smooth lobes reflect, so the light comes through the medium in which the path came.
@@ -219,9 +215,10 @@ where
         })
     }
 
-    /// Chooses where the path goes on and asks what it hits there; false where it ends.
+    /// Chooses where the path goes on and asks what it hits there. All other light is known so far
+    /// at once.
     #[inline]
-    fn go_on(&mut self, bsdf: &SeenBsdf) -> bool {
+    fn go_on(&mut self, bsdf: &SeenBsdf) -> Scattered {
         let depth = self.vertex.depth;
         let needs = &self.integrator.needs;
         if depth == 0 && needs.surface_layers {
@@ -229,19 +226,22 @@ where
         }
         // All that the last ray could find is light.
         if depth + 1 == self.integrator.max_depth && !needs.met_lights() {
-            return false;
+            return Scattered::NOTHING;
         }
-        let is_alive = self.path.scatter(&self.vertex, bsdf, self.sampler);
+        let (knowledge, trail) = (&self.knowledge, &mut *self.trail);
+        let scattered = self
+            .path
+            .scatter::<G>(&self.vertex, bsdf, self.sampler, knowledge, trail);
         self.see_scattered();
-        if !is_alive {
-            return false;
+        if scattered.path.is_black() {
+            return scattered;
         }
         let merge = &self.integrator.merge;
         merge.depart(self.path, &self.vertex, bsdf);
         self.counts.indirect += 1;
         let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);
         *self.next = Some(self.cx.ask(question));
-        true
+        scattered
     }
 
     #[inline]

@@ -42,6 +42,15 @@ impl Throughput {
         (self.last_diffuse, self.last_specular) = (diffuse, specular);
     }
 
+    /// Product of all events before the vertex after `depth` events, where the path has arrived.
+    pub(super) fn arriving(&self, depth: u32) -> Spectrum {
+        if depth == 0 {
+            Spectrum::ONE
+        } else {
+            (self.first_diffuse + self.first_specular) * self.between
+        }
+    }
+
     /// Product of all events up to the one at the vertex after `depth` events.
     pub(super) fn total(&self, depth: u32) -> Spectrum {
         let last = self.last_diffuse + self.last_specular;

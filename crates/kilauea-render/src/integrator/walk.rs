@@ -5,8 +5,10 @@ use kilauea_bsdf::SeenBsdf;
 use kilauea_film::PixelSample;
 use kilauea_math::Spectrum;
 use kilauea_math::hash::unit_f32;
+use kilauea_shading::Scattered;
 
 use super::cone::RayCone;
+use super::guide::{Guide, Knowledge, Roulette};
 use super::media::{Boundary, Media};
 use super::throughput::Throughput;
 use crate::geometry::Interaction;
@@ -47,12 +49,6 @@ pub(crate) struct Vertex<'a, M> {
     pub(super) boundary: Option<Boundary<M>>,
 }
 
-/// Paths may end by Russian roulette after this many scattering events.
-const MIN_ROULETTE_DEPTH: u32 = 3;
-/// Paths survive with their throughput times this, at most for sure: to end the moderately dim
-/// ones adds more noise than the time they take is worth (decision 021).
-const SURVIVAL_PER_THROUGHPUT: f32 = 2.0;
-
 impl<M> Vertex<'_, M> {
     /// The point as lights see it.
     #[inline]
@@ -76,33 +72,40 @@ impl<M: Media, E> Path<M, E> {
         self.departure.filter(|d| !d.is_delta).map(|d| d.receiver)
     }
 
-    /// Chooses where the path goes on; false where it ends.
+    /// Chooses where the path goes on. Returns what is scattered, with a share of the path unless
+    /// it ends.
     #[inline]
-    pub(super) fn scatter(
+    pub(super) fn scatter<G: Guide>(
         &mut self,
         vertex: &Vertex<'_, M>,
         bsdf: &SeenBsdf,
         sampler: &Sampler<'_>,
-    ) -> bool {
+        knowledge: &G::Knowledge,
+        trail: &mut G::Trail,
+    ) -> Scattered {
         let depth = vertex.depth;
-        let u_lobe = if bsdf.has_one_lobe() {
+        let u_lobe = if bsdf.has_one_lobe() && !knowledge.chooses_directions() {
             0.5
         } else {
             sampler.pair(Purpose::Choice(depth)).y
         };
         let u_direction = sampler.pair(Purpose::Direction(depth));
         let u = [u_lobe, u_direction.x, u_direction.y];
-        let Some(sample) = bsdf.sample(u) else {
-            return false;
-        };
+        let sample = knowledge.sample(bsdf, u);
         let throughput = &mut self.throughput;
+        let receiver = vertex.receiver();
+        let arriving = throughput.arriving(depth) * vertex.passed;
+        G::leave(trail, receiver, bsdf, sample.as_ref(), arriving);
+        let Some(sample) = sample else {
+            return Scattered::NOTHING;
+        };
         throughput.scatter(
             depth,
             sample.diffuse * vertex.passed,
             sample.specular * vertex.passed,
         );
         self.departure = Some(Departure {
-            receiver: vertex.receiver(),
+            receiver,
             pdf: sample.pdf,
             is_delta: sample.is_delta,
         });
@@ -111,17 +114,21 @@ impl<M: Media, E> Path<M, E> {
         }
 
         // End dim paths by chance.
-        if depth + 1 >= MIN_ROULETTE_DEPTH {
-            let survival = SURVIVAL_PER_THROUGHPUT * throughput.total(depth).max_channel();
-            if survival < 1.0 {
-                let survival = survival.max(0.05);
-                if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
-                    return false;
-                }
-                throughput.scale_last(depth, Spectrum::splat(1.0 / survival));
+        let mut scattered = Scattered::BY_PATH;
+        if let Some(roulette) = knowledge.roulette(depth, bsdf, arriving, throughput.total(depth)) {
+            let Roulette { survival, estimate } = roulette;
+            let has_ended = unit_f32(sampler.key(0x8000_0000 | depth)) >= survival;
+            let weight = if has_ended { 0.0 } else { 1.0 / survival };
+            if let Some(estimate) = estimate {
+                scattered.diffuse = estimate * vertex.passed * (1.0 - weight);
             }
+            if has_ended {
+                scattered.path = Spectrum::BLACK;
+                return scattered;
+            }
+            throughput.scale_last(depth, Spectrum::splat(weight));
         } else if throughput.total(depth).is_black() {
-            return false;
+            return Scattered::NOTHING;
         }
         if sample.is_transmission
             && let Some(boundary) = &vertex.boundary
@@ -131,7 +138,7 @@ impl<M: Media, E> Path<M, E> {
         self.media.depart();
         let interaction = &vertex.interaction;
         self.ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
-        true
+        scattered
     }
 
     /// Adds emission met by the ray, which left its vertex after `depth` events, of which the

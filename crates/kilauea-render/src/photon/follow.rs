@@ -47,7 +47,7 @@ pub(super) fn follow_all<F: Follow, const CUTOUTS: bool>(
     workforce: Workforce,
 ) -> Result<Vec<F::Left>, RunError> {
     let Workforce { n_threads, shading } = workforce;
-    let job = Paths::<F> {
+    let job = PathsJob::<F> {
         n_paths,
         per_root: match shading {
             Shading::Inline => 256,
@@ -73,7 +73,7 @@ pub(super) fn follow_all<F: Follow, const CUTOUTS: bool>(
 struct FollowProgram<F>(F);
 
 /// All paths, cut into roots.
-struct Paths<F: Follow> {
+struct PathsJob<F: Follow> {
     n_paths: u32,
     per_root: u32,
     /// By root, as they end.
@@ -105,7 +105,7 @@ impl<F: Follow> Program for FollowProgram<F> {
     }
 }
 
-impl<F: Follow> Job<FollowProgram<F>> for Paths<F> {
+impl<F: Follow> Job<FollowProgram<F>> for PathsJob<F> {
     fn root(&self, number: u64) -> Option<Range<u32>> {
         let first = number.checked_mul(u64::from(self.per_root))?;
         let first = u32::try_from(first).ok().filter(|&n| n < self.n_paths)?;

@@ -27,7 +27,7 @@ pub struct ImportonRequest {
     pub max_rough: u32,
     /// Makes other, equally good importons.
     pub seed: u32,
-    /// Where and how.
+    /// Engine threads.
     pub n_threads: usize,
 }
 

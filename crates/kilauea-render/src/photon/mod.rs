@@ -1,7 +1,7 @@
 //! Photons from lights through the scene (Jensen 1996, "Global Illumination using Photon Maps"), and
 //! importons from the camera, which tell where they are of use.
 //!
-//! An [`Emitter`](crate::light::Emitter) sends photons out, a tracer follows them from surface to
+//! `light::Emitter` sends photons out, a tracer follows them from surface to
 //! surface, and each surface with a lobe rough enough to be looked at from anywhere keeps one. Paths
 //! are SPOTs of the same engine as those of pixels and ask the same questions; their random numbers
 //! depend on seed and number alone, so that photons are the same in any order and with any number of

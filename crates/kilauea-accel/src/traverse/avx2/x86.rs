@@ -1,14 +1,14 @@
 use std::arch::is_x86_feature_detected;
 use std::arch::x86_64::{
-    __m128, __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_blend_ps,
-    _mm_div_ps, _mm_load_ps, _mm_load_si128, _mm_movemask_ps, _mm_mul_ps, _mm_permute_ps,
-    _mm_permutevar_ps, _mm_prefetch, _mm_set1_ps, _mm_store_ps, _mm256_add_ps, _mm256_and_ps,
-    _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_broadcast_ss, _mm256_broadcastss_ps,
-    _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cmpgt_epi32, _mm256_div_ps,
-    _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps, _mm256_max_epi32, _mm256_max_ps,
-    _mm256_min_epi32, _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_ps,
-    _mm256_set1_ps, _mm256_setzero_ps, _mm256_store_ps, _mm256_store_si256, _mm256_sub_ps,
-    _mm256_xor_ps,
+    __m128, __m256, _CMP_GE_OQ, _CMP_GT_OQ, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_div_ps,
+    _mm_fmsub_ps, _mm_fnmsub_ps, _mm_load_ps, _mm_load_si128, _mm_movemask_ps, _mm_mul_ps,
+    _mm_permute_ps, _mm_permutevar_ps, _mm_prefetch, _mm_set1_ps, _mm_store_ps, _mm256_add_ps,
+    _mm256_and_ps, _mm256_andnot_ps, _mm256_broadcast_ps, _mm256_broadcast_ss,
+    _mm256_broadcastss_ps, _mm256_castps_si256, _mm256_castsi256_ps, _mm256_cmp_ps,
+    _mm256_cmpgt_epi32, _mm256_div_ps, _mm256_fmadd_ps, _mm256_load_ps, _mm256_loadu_ps,
+    _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_ps, _mm256_movemask_ps,
+    _mm256_mul_ps, _mm256_or_ps, _mm256_set1_ps, _mm256_setzero_ps, _mm256_store_ps,
+    _mm256_store_si256, _mm256_sub_ps, _mm256_xor_ps,
 };
 
 use super::position::position;
@@ -17,9 +17,8 @@ use crate::node::{Node8, PairLeaf, Tree};
 use crate::ray::{Hit, Ray};
 use crate::traverse::keep::Keep;
 use crate::traverse::kernel::{Candidates, Distances, Kernel, Lanes};
-use crate::traverse::tree_ray::{SLAB_SLACK, TreeRay};
+use crate::traverse::tree_ray::{Line, SLAB_SLACK, TreeRay};
 use crate::traverse::two_level::{self, Scene};
-use kilauea_math::Vec3A;
 
 /// Products of tiny triangles lose digits below this: nothing there is certain.
 const UNDERFLOW: f32 = 1e-34;
@@ -51,10 +50,10 @@ impl Avx2 {
 
 impl<const COHERENT: bool> Avx2<COHERENT> {
     #[inline(always)]
-    pub(crate) fn closest(
+    pub(crate) fn closest<L: Line>(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, impl FnOnce() -> TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay<L>),
         keep: impl Keep,
     ) -> Option<Hit> {
         // SAFETY: `self` proves the features.
@@ -67,10 +66,10 @@ impl<const COHERENT: bool> Avx2<COHERENT> {
     }
 
     #[inline(always)]
-    pub(crate) fn occluded(
+    pub(crate) fn occluded<L: Line>(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, impl FnOnce() -> TreeRay),
+        rays: (&Ray, impl FnOnce() -> TreeRay<L>),
         keep: impl Keep,
     ) -> bool {
         // SAFETY: `self` proves the features.
@@ -86,40 +85,40 @@ impl<const COHERENT: bool> Avx2<COHERENT> {
 // A single tree has functions of its own: registers and stack for instances would burden it.
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn closest_in_tree<const COHERENT: bool>(
+fn closest_in_tree<const COHERENT: bool, L: Line>(
     avx2: Avx2<COHERENT>,
     tree: &Tree,
-    rays: (&Ray, impl FnOnce() -> TreeRay),
+    rays: (&Ray, impl FnOnce() -> TreeRay<L>),
     keep: impl Keep,
 ) -> Option<Hit> {
     two_level::closest(avx2, Scene::Single(tree), rays, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn occluded_in_tree<const COHERENT: bool>(
+fn occluded_in_tree<const COHERENT: bool, L: Line>(
     avx2: Avx2<COHERENT>,
     tree: &Tree,
-    rays: (&Ray, impl FnOnce() -> TreeRay),
+    rays: (&Ray, impl FnOnce() -> TreeRay<L>),
     keep: impl Keep,
 ) -> bool {
     two_level::occluded(avx2, Scene::Single(tree), rays, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn closest<const COHERENT: bool>(
+fn closest<const COHERENT: bool, L: Line>(
     avx2: Avx2<COHERENT>,
     scene: Scene<'_>,
-    rays: (&Ray, impl FnOnce() -> TreeRay),
+    rays: (&Ray, impl FnOnce() -> TreeRay<L>),
     keep: impl Keep,
 ) -> Option<Hit> {
     two_level::closest(avx2, scene, rays, keep)
 }
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
-fn occluded<const COHERENT: bool>(
+fn occluded<const COHERENT: bool, L: Line>(
     avx2: Avx2<COHERENT>,
     scene: Scene<'_>,
-    rays: (&Ray, impl FnOnce() -> TreeRay),
+    rays: (&Ray, impl FnOnce() -> TreeRay<L>),
     keep: impl Keep,
 ) -> bool {
     two_level::occluded(avx2, scene, rays, keep)
@@ -135,30 +134,60 @@ pub(crate) struct NodeRay {
     /// ... and a little more for far ones.
     far_offset: [__m256; 3],
     t_min: __m256,
-    /// Where the row of the near plane begins among the planes of a node, by axis; that of the far
-    /// plane has [`ROW`] flipped.
-    near_row: [usize; 3],
+    rows: &'static Rows,
 }
 
-/// Length of a row of planes in [`Node8`].
-const ROW: usize = 8;
+/// Where the rows of the near planes begin among the planes of a [`Node8`], by axis, and then those
+/// of the far ones.
+type Rows = [usize; 6];
+
+/// By the signs of the direction: bit 0 is that of x.
+static ROWS: [Rows; 8] = {
+    const ROW: usize = 8;
+    let mut rows = [[0; 6]; 8];
+    let mut signs = 0;
+    while signs < 8 {
+        let mut axis = 0;
+        while axis < 3 {
+            let is_negative = signs >> axis & 1;
+            rows[signs][axis] = (2 * axis + is_negative) * ROW;
+            rows[signs][3 + axis] = (2 * axis + 1 - is_negative) * ROW;
+            axis += 1;
+        }
+        signs += 1;
+    }
+    rows
+};
 
 /// See [`Kernel::LeafRay`]. What all lanes share is spread as it is loaded.
 #[derive(Clone, Copy)]
 #[repr(C, align(16))]
 pub(crate) struct LeafRay {
-    /// By axis as sheared: the direction's own last.
-    origin: [f32; 4],
-    /// The last is the largest component of the direction with its sign, by which distances count.
+    /// By axis as sheared: that of the direction's largest component last.
+    pub(super) origin: [f32; 4],
+    /// Likewise.
+    pub(super) dir: [f32; 4],
+    /// The direction over its largest component.
     shear: [f32; 4],
     t_min: f32,
     rounded_size: f32,
     /// Where those of an axis begin among the coordinates of a leaf, in the order of `origin`.
-    axis_offset: [usize; 3],
+    pub(super) axis_offset: &'static [usize; 3],
 }
 
-/// Coordinates of an axis in [`PairLeaf`].
-const AXIS: usize = 16;
+/// By the last axis; padded so that no index needs a check.
+static AXIS_OFFSETS: [[usize; 3]; 4] = {
+    /// Coordinates of an axis in [`PairLeaf`].
+    const AXIS: usize = 16;
+    let offset = [0, AXIS, 2 * AXIS];
+    let last_z = [offset[0], offset[1], offset[2]];
+    [
+        [offset[1], offset[2], offset[0]],
+        [offset[2], offset[0], offset[1]],
+        last_z,
+        last_z,
+    ]
+};
 
 impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
     const COHERENT: bool = COHERENT;
@@ -168,30 +197,39 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
     type Links = UncheckedLinks;
 
     #[inline(always)]
-    fn node_ray(self, ray: &TreeRay) -> NodeRay {
+    fn node_ray(self, ray: &TreeRay<impl Line>) -> NodeRay {
+        /// More than what is rounded until the product of origin and reciprocal direction is
+        /// subtracted from that of planes, which FMA does not round. All other roundings are
+        /// relative to the distance, as [`SLAB_SLACK`] allows for.
+        const PAD: f32 = 3.0 * f32::EPSILON;
         let rcp = ray.rcp();
+        let origin = ray.origin * rcp;
         // SAFETY: `self` proves the features.
         unsafe {
             let signs = _mm_movemask_ps(ray.dir.into()) as usize;
+            let (size, pad) = (origin.abs().into(), _mm_set1_ps(PAD));
+            let near_origin = (origin * (1.0 - SLAB_SLACK)).into();
+            let far_origin = (origin * (1.0 + SLAB_SLACK)).into();
             NodeRay {
-                near_rcp: splat8(rcp * (1.0 - SLAB_SLACK)),
-                far_rcp: splat8(rcp * (1.0 + SLAB_SLACK)),
-                near_offset: splat8(minus_origin(ray, 1.0 - SLAB_SLACK, -1.0) * rcp),
-                far_offset: splat8(minus_origin(ray, 1.0 + SLAB_SLACK, 1.0) * rcp),
+                near_rcp: splat8((rcp * (1.0 - SLAB_SLACK)).into()),
+                far_rcp: splat8((rcp * (1.0 + SLAB_SLACK)).into()),
+                near_offset: splat8(_mm_fnmsub_ps(size, pad, near_origin)),
+                far_offset: splat8(_mm_fmsub_ps(size, pad, far_origin)),
                 t_min: _mm256_set1_ps(ray.t_min),
-                near_row: [0, 1, 2].map(|axis| ROW * (2 * axis + (signs >> axis & 1))),
+                rows: &ROWS[signs & 7],
             }
         }
     }
 
     #[inline(always)]
-    fn leaf_ray(self, ray: &TreeRay) -> LeafRay {
+    fn leaf_ray(self, ray: &TreeRay<impl Line>) -> LeafRay {
         let mut leaf_ray = LeafRay {
             origin: [0.0; 4],
+            dir: [0.0; 4],
             shear: [0.0; 4],
             t_min: ray.t_min,
             rounded_size: ray.rounded_size,
-            axis_offset: ray.axes().map(|axis| axis * AXIS),
+            axis_offset: &AXIS_OFFSETS[ray.largest_axis & 3],
         };
         // SAFETY: `self` proves the features; a row of the table has 16 bytes, and `LeafRay` and
         // its arrays of four are aligned to as many.
@@ -202,8 +240,9 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
             let dir = _mm_permutevar_ps(ray.dir.into(), turn);
             let largest = _mm_permute_ps::<0b10_10_10_10>(dir);
             let rcp_largest = _mm_div_ps(_mm_set1_ps(1.0), largest);
-            let shear = _mm_blend_ps::<0b1100>(_mm_mul_ps(dir, rcp_largest), largest);
+            let shear = _mm_mul_ps(dir, rcp_largest);
             _mm_store_ps(leaf_ray.origin.as_mut_ptr(), origin);
+            _mm_store_ps(leaf_ray.dir.as_mut_ptr(), dir);
             _mm_store_ps(leaf_ray.shear.as_mut_ptr(), shear);
         }
         leaf_ray
@@ -212,16 +251,17 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
     #[inline(always)]
     fn slabs(self, ray: &NodeRay, limit: f32, node: &Node8) -> (u32, Lanes) {
         let mut entries = Lanes([0.0; 8]);
-        // SAFETY: `self` proves the features; `near_row` is that of one of the six rows, and so it
-        // is with a bit flipped; rows and `Lanes` are aligned to 32 bytes.
+        // SAFETY: `self` proves the features; `ROWS` has the offsets of the six rows; rows and
+        // `Lanes` are aligned to 32 bytes.
         unsafe {
+            let rows = read_here(ray.rows);
             let near = |axis: usize| {
-                let planes = plane_row(node, ray.near_row[axis]);
+                let planes = plane_row(node, rows[axis]);
                 let t = _mm256_fmadd_ps(planes, ray.near_rcp[axis], ray.near_offset[axis]);
                 _mm256_castps_si256(t)
             };
             let far = |axis: usize| {
-                let planes = plane_row(node, ray.near_row[axis] ^ ROW);
+                let planes = plane_row(node, rows[3 + axis]);
                 let t = _mm256_fmadd_ps(planes, ray.far_rcp[axis], ray.far_offset[axis]);
                 _mm256_castps_si256(t)
             };
@@ -252,6 +292,7 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
         // SAFETY: `self` proves the features; rows of corners are aligned to 16 bytes, each but
         // the last of an axis is followed by the next, and `Lanes` is aligned to 32.
         unsafe {
+            let ray = read_here(ray);
             let rows = leaf.corners.as_ptr().cast::<f32>();
             let row = |axis: usize, corner: usize| rows.add(ray.axis_offset[axis] + corner * 4);
             let twice = |axis| _mm256_broadcast_ps(&_mm_load_ps(row(axis, 0)));
@@ -262,12 +303,14 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
             let u = cross(cx, cy, bx, by);
             let v = cross(ax, ay, cx, cy);
             let w = cross(bx, by, ax, ay);
+            // Where a lane has no triangle, u and v are NaN. Of a NaN and another, these give the
+            // second, so both are NaN too.
+            let low = _mm256_min_ps(_mm256_min_ps(w, v), u);
+            let high = _mm256_max_ps(_mm256_max_ps(w, v), u);
             let zero = _mm256_setzero_ps();
-            let not_below = |x| _mm256_cmp_ps::<_CMP_GE_OQ>(x, zero);
-            let not_above = |x| _mm256_cmp_ps::<_CMP_LE_OQ>(x, zero);
             let inside = _mm256_or_ps(
-                _mm256_and_ps(_mm256_and_ps(not_below(u), not_below(v)), not_below(w)),
-                _mm256_and_ps(_mm256_and_ps(not_above(u), not_above(v)), not_above(w)),
+                _mm256_cmp_ps::<_CMP_GE_OQ>(low, zero),
+                _mm256_cmp_ps::<_CMP_LE_OQ>(high, zero),
             );
             if _mm256_movemask_ps(inside) == 0 {
                 return Candidates {
@@ -278,7 +321,7 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
 
             // Distance times `scale`, and how far off it and the edge functions may be.
             let minus_zero = _mm256_set1_ps(-0.0);
-            let scale = _mm256_mul_ps(_mm256_add_ps(_mm256_add_ps(u, v), w), spread(&ray.shear[3]));
+            let scale = _mm256_mul_ps(_mm256_add_ps(_mm256_add_ps(u, v), w), spread(&ray.dir[2]));
             let along = _mm256_fmadd_ps(u, az, _mm256_fmadd_ps(v, bz, _mm256_mul_ps(w, cz)));
             let distance = _mm256_xor_ps(along, _mm256_and_ps(scale, minus_zero));
             let scale = _mm256_andnot_ps(minus_zero, scale);
@@ -300,8 +343,6 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
                 _mm256_cmp_ps::<_CMP_LT_OQ>(furthest, begin),
                 _mm256_cmp_ps::<_CMP_GT_OQ>(nearest, end),
             );
-            let low = _mm256_min_ps(_mm256_min_ps(u, v), w);
-            let high = _mm256_max_ps(_mm256_max_ps(u, v), w);
             let clear_of_edges = _mm256_or_ps(
                 _mm256_cmp_ps::<_CMP_GT_OQ>(low, edge_error),
                 _mm256_cmp_ps::<_CMP_GT_OQ>(_mm256_xor_ps(high, minus_zero), edge_error),
@@ -334,15 +375,36 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
     }
 
     #[inline(always)]
-    fn position(self, ray: &TreeRay, leaf: &PairLeaf, lane: usize) -> Option<[f32; 3]> {
+    fn position(
+        self,
+        (ray, leaf_ray): (&TreeRay<impl Line>, &LeafRay),
+        leaf: &PairLeaf,
+        lane: usize,
+    ) -> Option<[f32; 3]> {
         // SAFETY: `self` proves the features.
-        unsafe { position(ray, leaf, lane) }
+        unsafe { position(ray, leaf_ray, leaf, lane) }
+    }
+
+    #[inline(always)]
+    fn position_apart(
+        self,
+        (ray, leaf_ray): (&TreeRay<impl Line>, &LeafRay),
+        leaf: &PairLeaf,
+        lane: usize,
+    ) -> Option<[f32; 3]> {
+        // SAFETY: `self` proves the features.
+        unsafe { position_apart(*ray, leaf_ray, leaf, lane) }
     }
 
     #[inline(always)]
     fn first_lane<const PREDICTED: bool>(self, mask: u32) -> usize {
         let lane = (mask.trailing_zeros() & 7) as usize;
         if PREDICTED { predicted(lane) } else { lane }
+    }
+
+    #[inline(always)]
+    fn last_lane(self, mask: u32) -> usize {
+        predicted((mask.ilog2() & 7) as usize)
     }
 
     #[inline(always)]
@@ -369,8 +431,7 @@ impl<const COHERENT: bool> Kernel for Avx2<COHERENT> {
 /// # Safety
 /// Needs AVX2.
 #[inline(always)]
-unsafe fn splat8(v: Vec3A) -> [__m256; 3] {
-    let v: __m128 = v.into();
+unsafe fn splat8(v: __m128) -> [__m256; 3] {
     // SAFETY: as the caller promises.
     unsafe {
         [
@@ -391,15 +452,33 @@ unsafe fn spread(x: &f32) -> __m256 {
     unsafe { _mm256_broadcast_ss(x) }
 }
 
-/// Minus the origin times `factor`, moved so that its product with the reciprocal direction errs in
-/// the direction of `sign` by more than what is rounded until then. Apart from that product, which
-/// FMA adds to those of the planes, all roundings are relative to the distance, as
-/// [`SLAB_SLACK`] allows for.
+/// [`position`] by a call. The ray goes by value, so that it need not lie in memory before.
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
+#[inline(never)]
+fn position_apart<L: Line>(
+    ray: TreeRay<L>,
+    leaf_ray: &LeafRay,
+    leaf: &PairLeaf,
+    lane: usize,
+) -> Option<[f32; 3]> {
+    // SAFETY: the function has the features.
+    unsafe { position(&ray, leaf_ray, leaf, lane) }
+}
+
+/// The same, as something that the compiler does not know. It would read all of it before a loop, to
+/// write most of that back into memory for want of registers.
 #[inline(always)]
-fn minus_origin(ray: &TreeRay, factor: f32, sign: f32) -> Vec3A {
-    const PAD: f32 = 3.0 * f32::EPSILON;
-    let pad = Vec3A::splat(sign * PAD).copysign(ray.origin) * Vec3A::ONE.copysign(ray.dir);
-    ray.origin * (sign * pad - factor)
+#[allow(
+    clippy::pointers_in_nomem_asm_block,
+    reason = "nothing is read there: the address only passes through"
+)]
+fn read_here<T>(x: &T) -> &T {
+    let mut address: *const T = x;
+    // SAFETY: no instruction is executed, and the address stays that of `x`.
+    unsafe {
+        std::arch::asm!("/* {0} */", inout(reg) address, options(nomem, nostack, preserves_flags));
+        &*address
+    }
 }
 
 /// A row of planes.

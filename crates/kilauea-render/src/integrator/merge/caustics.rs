@@ -1,12 +1,13 @@
 //! Caustics by merging, beside hitting and connecting to lights.
 
-use kilauea_bsdf::{BsdfEval, SeenBsdf};
+use kilauea_bsdf::SeenBsdf;
 use kilauea_math::{Spectrum, Vec3};
 use kilauea_photon::{DensityRule, EyeSubpath, Merging, PhotonClass, PhotonMap, SurfaceQuery};
 use kilauea_scene::Visibility;
 
 use super::Merge;
 use crate::geometry::Geometry;
+use crate::integrator::guide::Knowledge;
 use crate::integrator::walk::{Path, Vertex};
 use crate::light::{ChosenLight, Emitted, Emitter};
 use crate::photon::{MIN_ROUGHNESS, adjoint_pdf, is_specular};
@@ -70,7 +71,12 @@ impl CausticMerge<'_> {
     }
 
     /// Light of the photons around a vertex, scattered by diffuse lobes and by all others.
-    fn merged<M>(&self, vertex: &Vertex<'_, M>, bsdf: &SeenBsdf) -> [Spectrum; 2] {
+    fn merged<M>(
+        &self,
+        vertex: &Vertex<'_, M>,
+        bsdf: &SeenBsdf,
+        knowledge: &impl Knowledge,
+    ) -> [Spectrum; 2] {
         let surface = &vertex.interaction.surface;
         let query = SurfaceQuery {
             p: surface.p,
@@ -92,7 +98,8 @@ impl CausticMerge<'_> {
                     return;
                 }
                 let eval = bsdf.eval(wi);
-                let weight = self.merging.weight_of_photon(d_eye, eval.pdf);
+                let pdf = knowledge.pdf(bsdf, wi, eval.pdf);
+                let weight = self.merging.weight_of_photon(d_eye, pdf);
                 let per_area = rule.kernel.weight(d_sq, radius_sq);
                 let light = photon.power() * (weight * per_area / cos_true);
                 diffuse += eval.diffuse * light;
@@ -139,11 +146,19 @@ impl Merge for CausticMerge<'_> {
         }
     }
 
-    fn gather<M>(&self, eye: &mut MergingEye, vertex: &Vertex<'_, M>, bsdf: &SeenBsdf) -> bool {
+    fn gather<M>(
+        &self,
+        eye: &mut MergingEye,
+        vertex: &Vertex<'_, M>,
+        bsdf: &SeenBsdf,
+        knowledge: &impl Knowledge,
+    ) -> bool {
         if !matches!(eye.stage, Stage::Specular) || !self.merges_at(vertex, bsdf) {
             return false;
         }
-        let gathered = self.merged(vertex, bsdf).map(|light| light * vertex.passed);
+        let gathered = self
+            .merged(vertex, bsdf, knowledge)
+            .map(|light| light * vertex.passed);
         let is_any = gathered.iter().any(|light| !light.is_black());
         eye.gathered = is_any.then_some(gathered);
         is_any
@@ -204,7 +219,7 @@ impl Merge for CausticMerge<'_> {
         vertex: &Vertex<'_, M>,
         bsdf: &SeenBsdf,
         light: &ChosenLight,
-        eval: &BsdfEval,
+        hit_pdf: f32,
     ) -> Option<f32> {
         let Stage::BehindRough {
             subpath,
@@ -219,7 +234,6 @@ impl Merge for CausticMerge<'_> {
         let sample = &light.sample;
         let subpath = Self::extend(subpath, vertex, sample.wi, sample.pdf, false);
         let d_light = self.d_light(subpath, light.light, sample.wi);
-        let hit_pdf = if sample.is_delta { 0.0 } else { eval.pdf };
         let weight = self
             .merging
             .weight_of_connection(d_light, hit_pdf, sample.pdf);

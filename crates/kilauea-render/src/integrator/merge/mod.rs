@@ -3,9 +3,10 @@
 mod caustics;
 mod unmerged;
 
-use kilauea_bsdf::{BsdfEval, SeenBsdf};
+use kilauea_bsdf::SeenBsdf;
 use kilauea_math::Spectrum;
 
+use super::guide::Knowledge;
 use super::walk::{Path, Vertex};
 use crate::light::{ChosenLight, Emitted};
 
@@ -21,8 +22,15 @@ pub(crate) trait Merge: Copy + Send + Sync {
     /// What a path keeps as it leaves the camera.
     fn start(&self) -> Self::Eye;
 
-    /// Takes the light of photons at a vertex; whether there is any.
-    fn gather<M>(&self, eye: &mut Self::Eye, vertex: &Vertex<'_, M>, bsdf: &SeenBsdf) -> bool;
+    /// Takes the light of photons at a vertex, where the path chooses its direction by `knowledge`;
+    /// whether there is any.
+    fn gather<M>(
+        &self,
+        eye: &mut Self::Eye,
+        vertex: &Vertex<'_, M>,
+        bsdf: &SeenBsdf,
+        knowledge: &impl Knowledge,
+    ) -> bool;
 
     /// Hands over what was gathered: light scattered by diffuse lobes, and by all others.
     fn take(eye: &mut Self::Eye) -> Option<[Spectrum; 2]>;
@@ -33,14 +41,14 @@ pub(crate) trait Merge: Copy + Send + Sync {
     /// Weight of light that the path's ray meets; none where photons have no share in it.
     fn weight_of_hit<M>(&self, path: &Path<M, Self::Eye>, emitted: &Emitted) -> Option<f32>;
 
-    /// Weight of light toward which a ray is aimed from a vertex, where `eval` is of its direction;
-    /// none where photons have no share in it.
+    /// Weight of light toward which a ray is aimed from a vertex, in a direction that the path chooses
+    /// with the density `hit_pdf`; none where photons have no share in it.
     fn weight_of_connection<M>(
         &self,
         eye: &Self::Eye,
         vertex: &Vertex<'_, M>,
         bsdf: &SeenBsdf,
         light: &ChosenLight,
-        eval: &BsdfEval,
+        hit_pdf: f32,
     ) -> Option<f32>;
 }

@@ -1,7 +1,8 @@
-use kilauea_bsdf::{BsdfEval, SeenBsdf};
+use kilauea_bsdf::SeenBsdf;
 use kilauea_math::Spectrum;
 
 use super::Merge;
+use crate::integrator::guide::Knowledge;
 use crate::integrator::walk::{Path, Vertex};
 use crate::light::{ChosenLight, Emitted};
 
@@ -16,7 +17,7 @@ impl Merge for Unmerged {
     fn start(&self) {}
 
     #[inline(always)]
-    fn gather<M>(&self, (): &mut (), _: &Vertex<'_, M>, _: &SeenBsdf) -> bool {
+    fn gather<M>(&self, (): &mut (), _: &Vertex<'_, M>, _: &SeenBsdf, _: &impl Knowledge) -> bool {
         false
     }
 
@@ -40,7 +41,7 @@ impl Merge for Unmerged {
         _: &Vertex<'_, M>,
         _: &SeenBsdf,
         _: &ChosenLight,
-        _: &BsdfEval,
+        _: f32,
     ) -> Option<f32> {
         None
     }

@@ -1,0 +1,153 @@
+//! Cells: a binary tree over positions and normals.
+
+use kilauea_math::Vec3;
+
+use crate::record::GatherRecord;
+
+/// Divides places, each a position and a normal, into cells.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CellTree {
+    nodes: Vec<Node>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Node {
+    /// Component of [`Place`] that is compared; [`CELL`] in a leaf.
+    axis: u32,
+    /// Places below it belong to the first child, which comes next.
+    split: f32,
+    /// The second child; in a leaf, the number of the cell.
+    link: u32,
+}
+
+/// Position, then normal.
+type Place = [f32; 6];
+
+const CELL: u32 = 6;
+/// Cells whose normals differ by more in one component are divided by normals first: about 60°.
+const MAX_NORMAL_EXTENT: f32 = 1.0;
+/// Cells of fewer records are not divided by normals.
+const MIN_RECORDS: usize = 32;
+
+impl CellTree {
+    /// Divides the places of `records` into cells of at most `capacity` records each, unless they
+    /// are all in one place. Returns the numbers of the records of each cell too.
+    pub(crate) fn build(records: &[GatherRecord], capacity: usize) -> (Self, Vec<Vec<u32>>) {
+        let mut growing = Growing {
+            tree: Self { nodes: Vec::new() },
+            members: Vec::new(),
+        };
+        let mut numbers: Vec<u32> = (0..records.len() as u32).collect();
+        growing.divide(records, &mut numbers, capacity.max(1));
+        (growing.tree, growing.members)
+    }
+
+    /// The number of the cell of a place.
+    #[inline]
+    pub(crate) fn cell(&self, p: Vec3, n: Vec3) -> usize {
+        let place = [p.x, p.y, p.z, n.x, n.y, n.z];
+        let mut idx = 0;
+        loop {
+            let node = &self.nodes[idx];
+            let Some(component) = place.get(node.axis as usize) else {
+                return node.link as usize;
+            };
+            idx = if *component < node.split {
+                idx + 1
+            } else {
+                node.link as usize
+            };
+        }
+    }
+
+    /// Bytes held.
+    pub(crate) fn n_bytes(&self) -> usize {
+        size_of_val(&self.nodes[..])
+    }
+}
+
+/// A tree in the making.
+struct Growing {
+    tree: CellTree,
+    members: Vec<Vec<u32>>,
+}
+
+impl Growing {
+    fn divide(&mut self, records: &[GatherRecord], numbers: &mut [u32], capacity: usize) {
+        let nodes = &mut self.tree.nodes;
+        let idx = nodes.len();
+        let Some((axis, split)) = choose_split(records, numbers, capacity) else {
+            nodes.push(Node {
+                axis: CELL,
+                split: 0.0,
+                link: self.members.len() as u32,
+            });
+            self.members.push(numbers.to_vec());
+            return;
+        };
+        nodes.push(Node {
+            axis: axis as u32,
+            split,
+            link: 0,
+        });
+        numbers.sort_by_key(|&number| place(&records[number as usize])[axis] >= split);
+        let n_first =
+            numbers.partition_point(|&number| place(&records[number as usize])[axis] < split);
+        let (first, second) = numbers.split_at_mut(n_first);
+        self.divide(records, first, capacity);
+        self.tree.nodes[idx].link = self.tree.nodes.len() as u32;
+        self.divide(records, second, capacity);
+    }
+}
+
+/// Axis and value where a cell is divided: by the widest component of normals while they differ
+/// much, else through the median of the widest component of positions while there are too many.
+fn choose_split(
+    records: &[GatherRecord],
+    numbers: &[u32],
+    capacity: usize,
+) -> Option<(usize, f32)> {
+    if numbers.len() < MIN_RECORDS.min(capacity + 1) {
+        return None;
+    }
+    let mut min = [f32::INFINITY; 6];
+    let mut max = [f32::NEG_INFINITY; 6];
+    for &number in numbers {
+        let place = place(&records[number as usize]);
+        for axis in 0..6 {
+            min[axis] = min[axis].min(place[axis]);
+            max[axis] = max[axis].max(place[axis]);
+        }
+    }
+    let extent = |axis: &usize| max[*axis] - min[*axis];
+    let widest = |axes: std::ops::Range<usize>| {
+        axes.max_by(|a, b| extent(a).total_cmp(&extent(b)))
+            .expect("a range of axes")
+    };
+    let of_normals = widest(3..6);
+    if extent(&of_normals) > MAX_NORMAL_EXTENT {
+        return Some((of_normals, 0.5 * (min[of_normals] + max[of_normals])));
+    }
+    if numbers.len() <= capacity {
+        return None;
+    }
+    let axis = widest(0..3);
+    let mut components: Vec<f32> = numbers
+        .iter()
+        .map(|&number| place(&records[number as usize])[axis])
+        .collect();
+    let middle = components.len() / 2;
+    let (_, &mut median, _) = components.select_nth_unstable_by(middle, f32::total_cmp);
+    // Both sides get records: the median may be the least component, the widest extent zero.
+    let split = if median > min[axis] {
+        median
+    } else {
+        max[axis]
+    };
+    (split > min[axis]).then_some((axis, split))
+}
+
+fn place(record: &GatherRecord) -> Place {
+    let [p, n] = [record.p, record.n];
+    [p.x, p.y, p.z, n.x, n.y, n.z]
+}

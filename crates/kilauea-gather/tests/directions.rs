@@ -1,0 +1,118 @@
+//! Directions drawn from fitted trees against the density that is stated for them, and fits against
+//! what they were fitted to.
+
+#![forbid(unsafe_code)]
+
+use kilauea_gather::{DirectionTree, GatherRecord};
+use kilauea_math::{Frame, Spectrum, Vec2, Vec3, warp};
+use kilauea_testing::{Directions, Draw, Family, compare, uniforms};
+use std::f32::consts::PI;
+
+const N_DRAWS: u32 = 40_000;
+
+fn square(stream: u32, i: u32) -> Vec2 {
+    Vec2::from_array(uniforms(stream, i))
+}
+
+/// What a uniformly chosen direction finds in a field of radiance.
+fn record(stream: u32, i: u32, radiance: impl Fn(Vec3) -> f32) -> GatherRecord {
+    let wi = warp::uniform_sphere(square(stream, i));
+    let pdf = 0.25 / PI;
+    GatherRecord {
+        p: Vec3::ZERO,
+        n: Vec3::Z,
+        wi,
+        irradiance: radiance(wi) * wi.z.abs() / pdf,
+        pdf,
+        radiance: Spectrum::ONE,
+        n_rays: 2.0,
+    }
+}
+
+fn fit(n: u32, radiance: impl Fn(Vec3) -> f32) -> DirectionTree {
+    let records: Vec<_> = (0..n).map(|i| record(7, i, &radiance)).collect();
+    DirectionTree::fit(&records).expect("light arrives")
+}
+
+/// Light from a cone, over dim light from everywhere.
+fn window(axis: Vec3, cos_angle: f32) -> impl Fn(Vec3) -> f32 {
+    move |wi| if wi.dot(axis) > cos_angle { 10.0 } else { 0.1 }
+}
+
+#[test]
+fn draws_have_the_stated_density() {
+    let mut family = Family::new("direction trees");
+    let axes = [Vec3::Z, -Vec3::Z, Vec3::new(0.6, -0.64, 0.48), Vec3::X];
+    for (stream, axis) in (20..).zip(axes) {
+        for n_records in [1, 20_000] {
+            let tree = fit(n_records, window(axis, 0.9));
+            let draw = |i| Draw::At(tree.sample(square(stream, i)));
+            let density = |wi| f64::from(tree.pdf(wi));
+            let sphere = Directions::around(axis, std::f64::consts::PI);
+            let found = compare(&sphere, N_DRAWS, draw, density);
+            family.add(
+                format!("{n_records} records around {axis}"),
+                found.p_value(),
+            );
+        }
+    }
+    family.check();
+}
+
+#[test]
+fn every_direction_stays_possible() {
+    let tree = fit(20_000, window(Vec3::Z, 0.99));
+    for i in 0..10_000 {
+        let pdf = tree.pdf(warp::uniform_sphere(square(3, i)));
+        assert!(pdf > 1e-5 && pdf.is_finite(), "{pdf}");
+    }
+}
+
+#[test]
+fn drawing_from_a_fit_beats_drawing_from_the_cosine() {
+    let radiance = window(Vec3::new(0.6, 0.0, 0.8), 0.97);
+    let tree = fit(20_000, &radiance);
+    let frame = Frame::from_z(Vec3::Z);
+    let second_moment = |draw: &dyn Fn(u32) -> (Vec3, f32)| {
+        let estimate = |i| {
+            let (wi, pdf) = draw(i);
+            f64::from((radiance(wi) * wi.z.max(0.0) / pdf).powi(2))
+        };
+        (0..N_DRAWS).map(estimate).sum::<f64>() / f64::from(N_DRAWS)
+    };
+    let by_cosine = second_moment(&|i| {
+        let wi = frame.from_local(warp::cosine_hemisphere(square(4, i)));
+        (wi, warp::cosine_hemisphere_pdf(wi.z))
+    });
+    let by_tree = second_moment(&|i| {
+        let wi = tree.sample(square(5, i));
+        (wi, tree.pdf(wi))
+    });
+    assert!(by_tree < 0.25 * by_cosine, "{by_tree} {by_cosine}");
+}
+
+#[test]
+fn records_without_light_make_no_tree() {
+    let dark = record(7, 0, |_| 0.0);
+    let broken = GatherRecord {
+        irradiance: f32::NAN,
+        ..dark
+    };
+    let infinite = GatherRecord {
+        irradiance: f32::INFINITY,
+        ..dark
+    };
+    let astray = GatherRecord {
+        irradiance: 1.0,
+        wi: Vec3::NAN,
+        ..dark
+    };
+    for records in [&[][..], &[dark], &[broken], &[infinite], &[astray]] {
+        assert_eq!(DirectionTree::fit(records), None);
+    }
+    // One that is sound among them does.
+    let lit = record(7, 0, |_| 1.0);
+    let alone = DirectionTree::fit(&[lit]);
+    assert!(alone.is_some());
+    assert_eq!(DirectionTree::fit(&[broken, lit, astray]), alone);
+}

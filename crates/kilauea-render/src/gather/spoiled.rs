@@ -1,0 +1,224 @@
+//! Whatever paths believe of the light, they find the same.
+
+use std::sync::Arc;
+
+use kilauea_gather::{GatherField, GatherRecord, PathError, PictureEstimate};
+use kilauea_math::hash::{combine, unit_f32};
+use kilauea_math::{DMat4, DVec3, Spectrum, Vec2, warp};
+use kilauea_scene::{
+    Camera, Channel, FilterKind, Input, Light, LightShape, Material, MeshChunk, Node, Projection,
+    Prototype, RenderSettings, Scene, Visibility,
+};
+use kilauea_testing::{Family, Moments, welch_p};
+
+use super::trainer::Trainer;
+use super::{BOTH, DIRECTIONS, ROULETTE};
+use crate::conditions::Conditions;
+use crate::frame::Frame;
+use crate::integrator::{Air, Guide, Guided, Unguided};
+use crate::{PrepareOptions, PreparedScene};
+
+const N_SEEDS: u32 = 16;
+const SIDE: u32 = 8;
+/// Pixels on the side of a tile, whose mean is nearly normal.
+const TILE: u32 = 4;
+const N_TILES: usize = ((SIDE / TILE) * (SIDE / TILE)) as usize;
+
+/// A room that is open toward the camera, half matte and half glossy, under a light that shines on
+/// its ceiling: most light is reflected more than once.
+fn room() -> Scene {
+    // x, y and z by a bit each.
+    let corner = |bits: u8| {
+        let [x, y, z] = [0, 1, 2].map(|axis| f32::from(bits >> axis & 1));
+        [2.0 * x - 1.0, 2.0 * y - 1.0, 2.0 * z - 3.0]
+    };
+    let floor_and_ceiling = [[0, 1, 5, 4], [2, 3, 7, 6]];
+    let walls = [[0, 1, 3, 2], [0, 2, 6, 4], [1, 3, 7, 5]];
+    let chunk = |(material, quads): (u32, &[[u8; 4]])| MeshChunk {
+        material,
+        positions: quads.concat().into_iter().map(corner).collect(),
+        triangles: (0..quads.len() as u32)
+            .flat_map(|i| [[0, 1, 2], [0, 2, 3]].map(|t: [u32; 3]| t.map(|v| 4 * i + v)))
+            .collect(),
+        visibility: Visibility::ALL,
+        ..MeshChunk::default()
+    };
+    let upward = DMat4::from_translation(DVec3::new(0.3, 0.2, -2.0))
+        * DMat4::from_rotation_x(std::f64::consts::FRAC_PI_2);
+    Scene {
+        origin_world: DVec3::ZERO,
+        prim_paths: vec!["/Room".into()],
+        prototypes: vec![Prototype {
+            chunks: [(0, &floor_and_ceiling[..]), (1, &walls[..])]
+                .map(chunk)
+                .into(),
+            ..Prototype::default()
+        }],
+        materials: vec![preview([0.8, 0.7, 0.6], 1.0), preview([0.5, 0.6, 0.7], 0.3)],
+        textures: Vec::new(),
+        lights: vec![Light {
+            path: "/Light".into(),
+            shape: LightShape::Rect {
+                width: 0.6,
+                height: 0.4,
+            },
+            world_from_light: upward,
+            radiance: Spectrum::ONE,
+            texture: None,
+            diffuse: 1.0,
+            specular: 1.0,
+            shaping: None,
+            visible_to_camera: true,
+        }],
+        camera: Camera {
+            path: "/Camera".into(),
+            world_from_camera: DMat4::IDENTITY,
+            later_world_from_camera: Vec::new(),
+            shutter: [0.0; 2],
+            projection: Projection::Perspective,
+            screen_window: [-0.7, -0.7, 0.7, 0.7],
+            lens_radius: 0.0,
+            focus_distance: 0.0,
+            clipping_range: [0.1, 100.0],
+            exposure_scale: 1.0,
+        },
+    }
+}
+
+fn preview(diffuse: [f32; 3], roughness: f32) -> Material {
+    let [r, g, b] = diffuse;
+    let input = |node, channel| Input { node, channel };
+    let constant = |value| Node::Constant { value };
+    Material {
+        path: "/Material".into(),
+        shader: "UsdPreviewSurface".into(),
+        inputs: [
+            ("diffuseColor".into(), input(0, Channel::Rgb)),
+            ("roughness".into(), input(1, Channel::R)),
+        ]
+        .into(),
+        nodes: vec![constant([r, g, b, 1.0]), constant([roughness; 4])],
+    }
+}
+
+fn settings(seed: u32) -> RenderSettings {
+    RenderSettings {
+        resolution: [SIDE; 2],
+        samples_per_pixel: 32,
+        max_depth: 5,
+        seed,
+        filter: FilterKind::Box,
+        threads: 1,
+        aovs: vec!["Z".into()],
+        ..RenderSettings::default()
+    }
+}
+
+fn frame(prepared: &Arc<PreparedScene>, seed: u32) -> Frame {
+    let prepared = Arc::clone(prepared);
+    Frame::new(Conditions::default(), prepared, settings(seed)).expect("the settings are sound")
+}
+
+/// Means of the tiles of a picture that paths with a guide make.
+fn tile_means(prepared: &Arc<PreparedScene>, seed: u32, guide: impl Guide) -> [f64; N_TILES] {
+    let frame = frame(prepared, seed);
+    let integrator = frame.integrator::<false, _>(Air).guided_by(guide);
+    frame
+        .run_passes(integrator, &frame.tracer())
+        .expect("no shader panics");
+    let image = frame.film.to_image(DVec3::ZERO);
+    let mut means = [0.0; N_TILES];
+    for name in ["R", "G", "B"] {
+        let channel = image.channel(name).expect("beauty is always there");
+        for (idx, &value) in (0..).zip(channel) {
+            let (column, row) = (idx % SIDE / TILE, idx / SIDE / TILE);
+            means[(row * (SIDE / TILE) + column) as usize] += f64::from(value);
+        }
+    }
+    means
+}
+
+/// Moments over seeds of each tile.
+fn moments(prepared: &Arc<PreparedScene>, first_seed: u32, guide: impl Guide) -> Vec<Moments> {
+    let pictures: Vec<_> = (first_seed..first_seed + N_SEEDS)
+        .map(|seed| tile_means(prepared, seed, guide))
+        .collect();
+    let of_tile = |tile| Moments::of(&pictures.iter().map(|p| p[tile]).collect::<Vec<_>>());
+    (0..N_TILES).map(of_tile).collect()
+}
+
+/// What is wrong in records, by their numbers.
+type Spoil = fn(u32, GatherRecord) -> GatherRecord;
+
+const SPOILED: [(&str, Spoil); 6] = [
+    ("sound", |_, record| record),
+    ("no reflection", |_, record| scaled(record, 0.0)),
+    ("half of the reflection", |_, record| scaled(record, 0.5)),
+    ("twice the reflection", |_, record| scaled(record, 2.0)),
+    ("any reflection", |i, record| {
+        scaled(record, 5.0 * number(i, 0))
+    }),
+    ("any direction", |i, record| GatherRecord {
+        wi: warp::uniform_sphere(Vec2::new(number(i, 1), number(i, 2))),
+        irradiance: number(i, 3).powi(4),
+        ..record
+    }),
+];
+
+fn scaled(record: GatherRecord, factor: f32) -> GatherRecord {
+    GatherRecord {
+        radiance: record.radiance * factor,
+        ..record
+    }
+}
+
+fn number(i: u32, what: u32) -> f32 {
+    unit_f32(combine(i, what))
+}
+
+#[test]
+fn spoiled_guides_change_no_expectation() {
+    let prepared = PreparedScene::new(room(), &PrepareOptions::default());
+    let prepared = Arc::new(prepared.expect("the scene is sound"));
+    let trained = frame(&prepared, 500);
+    let integrator = trained.integrator::<false, _>(Air);
+    let tracer = trained.tracer();
+    let mut trainer = Trainer::new(&trained, integrator, &tracer);
+    let samples = trainer.run(16, None).expect("no shader panics");
+    let window = trained.film.data_window();
+    let picture = PictureEstimate::fit(window.min, window.max, &samples).expect("light is seen");
+    let plain = picture.error_of(&samples).expect("there are samples");
+    // Most paths end early if this counts.
+    let hasty = PathError {
+        relative_variance: 50.0 * plain.relative_variance,
+        ..plain
+    };
+
+    let expected = moments(&prepared, 1000, Unguided);
+    let mut family = Family::new("guides");
+    for (seed, (what, spoil)) in (1..).zip(SPOILED) {
+        let records: Vec<_> = (0..)
+            .zip(&trainer.records)
+            .map(|(i, r)| spoil(i, *r))
+            .collect();
+        let field = GatherField::fit(&records).expect("there are records");
+        for (offset, means, error) in [
+            (0, DIRECTIONS, plain),
+            (50, ROULETTE, hasty),
+            (100, BOTH, hasty),
+        ] {
+            let guide = Guided {
+                field: &field,
+                picture: &picture,
+                error,
+                means,
+            };
+            let found = moments(&prepared, 2000 * seed + offset, guide);
+            for (tile, (a, b)) in expected.iter().zip(&found).enumerate() {
+                let p = welch_p(a, b, 3e-5 * a.mean);
+                family.add(format!("{what}, {means:?}, tile {tile}"), p);
+            }
+        }
+    }
+    family.check();
+}

@@ -1,0 +1,177 @@
+//! Directions from a mixture of what the surface scatters and where light came from before
+//! (Vorba et al. 2014, "On-line Learning of Parametric Mixture Models for Light Transport
+//! Simulation"; Müller, Gross & Novák 2017, "Practical Path Guiding").
+
+use kilauea_bsdf::{BsdfSample, SeenBsdf};
+use kilauea_gather::{DirectionTree, GatherField, PathError, PictureEstimate};
+use kilauea_math::{Spectrum, Vec2, Vec3};
+
+use super::{Guide, Knowledge, Roulette};
+use crate::light::Receiver;
+
+/// Knows what light arrives in each cell.
+#[derive(Clone, Copy)]
+pub(crate) struct Guided<'a> {
+    pub(crate) field: &'a GatherField,
+    pub(crate) picture: &'a PictureEstimate,
+    /// Of the paths of the picture.
+    pub(crate) error: PathError,
+    pub(crate) means: Means,
+}
+
+/// What is done with what is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Means {
+    /// Directions are drawn from where light came from.
+    pub(crate) directions: bool,
+    /// Paths end where others found what they would find.
+    pub(crate) roulette: bool,
+}
+
+/// What is known at one place.
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'a> {
+    field: &'a GatherField,
+    receiver: Receiver,
+    directions: Option<&'a DirectionTree>,
+    /// Above zero where paths end by what they may still find: what a luminance of one is worth.
+    importance: f32,
+}
+
+/// Fraction of directions drawn from the cell, where all lobes are rough.
+const GUIDED_SHARE: f32 = 0.5;
+/// Smoother lobes know better than a cell where their light comes from.
+const MIN_GUIDED_ROUGHNESS: f32 = 0.25;
+
+impl<'a> Guide for Guided<'a> {
+    type Knowledge = Known<'a>;
+    /// Of the pixel: see [`Known::importance`].
+    type Trail = f32;
+
+    #[inline]
+    fn begin(&self, importance: &mut f32, pixel: [i32; 2]) {
+        let PathError {
+            relative_variance,
+            n_rays,
+        } = self.error;
+        *importance = if self.means.roulette {
+            self.picture.per_luminance(pixel) * (n_rays / relative_variance).sqrt()
+        } else {
+            0.0
+        };
+    }
+
+    #[inline]
+    fn at(&self, importance: &f32, receiver: Receiver) -> Known<'a> {
+        let directions = if self.means.directions {
+            self.field.directions(receiver.p, receiver.n)
+        } else {
+            None
+        };
+        Known {
+            field: self.field,
+            receiver,
+            directions,
+            importance: *importance,
+        }
+    }
+}
+
+impl Known<'_> {
+    /// The distribution, and the fraction of directions to draw from it.
+    #[inline]
+    fn directions(&self, bsdf: &SeenBsdf) -> Option<(&DirectionTree, f32)> {
+        let directions = self.directions?;
+        let share = GUIDED_SHARE * bsdf.probability_of_rough(MIN_GUIDED_ROUGHNESS);
+        (share > 0.0).then_some((directions, share))
+    }
+}
+
+impl Knowledge for Known<'_> {
+    #[inline]
+    fn chooses_directions(&self) -> bool {
+        self.directions.is_some()
+    }
+
+    #[inline]
+    fn sample(&self, bsdf: &SeenBsdf, u: [f32; 3]) -> Option<BsdfSample> {
+        let Some((directions, share)) = self.directions(bsdf) else {
+            return bsdf.sample(u);
+        };
+        if u[0] < share {
+            return sample_cell(directions, share, bsdf, Vec2::new(u[1], u[2]));
+        }
+        let u_lobe = ((u[0] - share) / (1.0 - share)).min(1.0 - 0.5 * f32::EPSILON);
+        let sample = bsdf.sample([u_lobe, u[1], u[2]])?;
+        let by_bsdf = (1.0 - share) * sample.pdf;
+        let pdf = if sample.is_delta {
+            by_bsdf
+        } else {
+            by_bsdf + share * directions.pdf(sample.wi)
+        };
+        let weight = sample.pdf / pdf;
+        Some(BsdfSample {
+            diffuse: sample.diffuse * weight,
+            specular: sample.specular * weight,
+            pdf,
+            ..sample
+        })
+    }
+
+    #[inline]
+    fn pdf(&self, bsdf: &SeenBsdf, wi: Vec3, bsdf_pdf: f32) -> f32 {
+        match self.directions(bsdf) {
+            Some((directions, share)) => (1.0 - share) * bsdf_pdf + share * directions.pdf(wi),
+            None => bsdf_pdf,
+        }
+    }
+
+    #[inline]
+    fn roulette(
+        &self,
+        depth: u32,
+        bsdf: &SeenBsdf,
+        arriving: Spectrum,
+        throughput: Spectrum,
+    ) -> Option<Roulette> {
+        if !(self.importance > 0.0 && bsdf.has_smooth_lobes()) {
+            return Roulette::by_throughput(depth, throughput);
+        }
+        let reflection = self.field.reflection(self.receiver.p, self.receiver.n);
+        let albedo = bsdf.albedo();
+        let seen = (arriving * albedo).luminance();
+        let benefit = seen * self.importance * reflection.urgency;
+        Roulette::by_residual(depth, throughput, benefit, albedo * reflection.radiance)
+    }
+}
+
+/// Draws a direction from the cell, and weighs it for the mixture.
+#[inline]
+fn sample_cell(
+    directions: &DirectionTree,
+    share: f32,
+    bsdf: &SeenBsdf,
+    u: Vec2,
+) -> Option<BsdfSample> {
+    let wi = directions.sample(u);
+    let eval = bsdf.eval(wi);
+    if eval.total().is_black() {
+        return None;
+    }
+    let pdf = (1.0 - share) * eval.pdf + share * directions.pdf(wi);
+    let is_diffuse = !eval.diffuse.is_black();
+    Some(BsdfSample {
+        wi,
+        diffuse: eval.diffuse / pdf,
+        specular: eval.specular / pdf,
+        pdf,
+        is_delta: false,
+        is_transmission: false,
+        is_diffuse,
+        roughness: if is_diffuse {
+            1.0
+        } else {
+            MIN_GUIDED_ROUGHNESS
+        },
+    })
+}

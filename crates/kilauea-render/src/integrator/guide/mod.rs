@@ -1,0 +1,81 @@
+//! What paths know beforehand of the light that they look for, and what they leave for others.
+
+mod guided;
+mod roulette;
+mod training;
+mod unguided;
+
+use kilauea_bsdf::{BsdfSample, SeenBsdf};
+use kilauea_film::PixelSample;
+use kilauea_math::{Spectrum, Vec3};
+
+use super::path::RayCounts;
+use crate::light::Receiver;
+
+pub(crate) use guided::{Guided, Means};
+pub(crate) use training::{PathTrail, Training, light, n_rays};
+pub(crate) use unguided::Unguided;
+
+/// What paths know.
+pub(crate) trait Guide: Copy + Send + Sync {
+    /// What they know of one vertex.
+    type Knowledge: Knowledge;
+    /// What a path leaves of itself.
+    type Trail: Default;
+
+    /// What is known of a place that a path reaches.
+    fn at(&self, trail: &Self::Trail, receiver: Receiver) -> Self::Knowledge;
+
+    /// A path begins in a pixel.
+    #[inline]
+    fn begin(&self, _trail: &mut Self::Trail, _pixel: [i32; 2]) {}
+
+    /// A path goes on from a vertex by `sample`, or ends there. `arriving` is the share of its light
+    /// that came as far.
+    #[inline]
+    fn leave(
+        _trail: &mut Self::Trail,
+        _receiver: Receiver,
+        _bsdf: &SeenBsdf,
+        _sample: Option<&BsdfSample>,
+        _arriving: Spectrum,
+    ) {
+    }
+
+    /// All that the vertex itself adds to the sample has been added.
+    #[inline]
+    fn depart(_trail: &mut Self::Trail, _out: &PixelSample, _counts: &RayCounts) {}
+}
+
+/// What is known of the light at a vertex.
+pub(crate) trait Knowledge: Copy {
+    /// Whether directions may be drawn from what is known.
+    fn chooses_directions(&self) -> bool;
+
+    /// Draws a direction; `u` is as for [`SeenBsdf::sample`].
+    fn sample(&self, bsdf: &SeenBsdf, u: [f32; 3]) -> Option<BsdfSample>;
+
+    /// Density with which [`Self::sample`] finds `wi`, which the BSDF alone finds with `bsdf_pdf`.
+    fn pdf(&self, bsdf: &SeenBsdf, wi: Vec3, bsdf_pdf: f32) -> f32;
+
+    /// How likely a path goes on that has scattered `depth` times before. Of the light that leaves
+    /// the vertex the share `arriving` is seen, of what comes along the path the share `throughput`.
+    /// None where it goes on surely.
+    fn roulette(
+        &self,
+        depth: u32,
+        bsdf: &SeenBsdf,
+        arriving: Spectrum,
+        throughput: Spectrum,
+    ) -> Option<Roulette>;
+}
+
+/// A chance for the path to end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Roulette {
+    /// Probability of going on; positive.
+    pub(crate) survival: f32,
+    /// What stands for the light that the path would bring, if anything does: of a path that goes
+    /// on, only what differs from it counts.
+    pub(crate) estimate: Option<Spectrum>,
+}

@@ -1,0 +1,177 @@
+//! The integrator `kilauea` finds the light that `path` finds, with everything that it learns in
+//! use, however it is run.
+
+use kilauea_math::{DMat4, Spectrum};
+use kilauea_render::{Conditions, PreparedScene};
+use kilauea_scene::{Integrator, Light, LightShape, RenderSettings, Shading};
+use kilauea_testing::{Family, Moments, welch_p};
+use kilauea_tests::{Mesh, Picture, Stage, glass, light, matte, perspective, rect_light};
+use std::sync::Arc;
+
+const N_SEEDS: u32 = 12;
+/// Differences below this share are those of rounding.
+const RESOLUTION: f64 = 3e-5;
+
+/// A glossy ball on a floor beside a red wall, under a lamp and a dome.
+fn stage() -> Stage {
+    let mut stage = Stage::sphere_on_floor();
+    stage.camera = perspective([0.0, 1.2, 3.0], [0.0, 0.4, 0.0], 0.4);
+    stage.materials.push(matte([0.8, 0.3, 0.2]));
+    let wall = [
+        [-1.0, 0.0, -1.0],
+        [-1.0, 0.0, 1.0],
+        [-1.0, 2.0, 1.0],
+        [-1.0, 2.0, -1.0],
+    ];
+    stage.meshes.push(Mesh::polygon(&wall).with_material(2));
+    stage.lights = vec![rect_light(0.5, 0.5, 2.0), dome()];
+    stage
+}
+
+fn dome() -> Light {
+    Light {
+        radiance: Spectrum::splat(0.05),
+        ..light(LightShape::Dome, DMat4::IDENTITY)
+    }
+}
+
+/// Everything that is learnt is used, whether it pays or not.
+fn forced() -> RenderSettings {
+    RenderSettings {
+        resolution: [16, 16],
+        samples_per_pixel: 16,
+        max_depth: 5,
+        integrator: Integrator::Kilauea,
+        general: ["guided_directions", "residual_roulette"]
+            .map(str::to_owned)
+            .into(),
+        ..Stage::settings()
+    }
+}
+
+fn moments(
+    prepared: &Arc<PreparedScene>,
+    settings: &RenderSettings,
+    first_seed: u32,
+) -> Vec<Moments> {
+    let quarters = |seed| {
+        let settings = RenderSettings {
+            seed,
+            ..settings.clone()
+        };
+        let picture = Picture::render(prepared, settings);
+        let mut means = [0.0; 4];
+        for channel in ["R", "G", "B"] {
+            for (idx, &value) in picture.channel(channel).iter().enumerate() {
+                means[idx / 128 * 2 + idx % 16 / 8] += f64::from(value);
+            }
+        }
+        means
+    };
+    let pictures: Vec<[f64; 4]> = (first_seed..first_seed + N_SEEDS).map(quarters).collect();
+    let of_quarter = |i: usize| Moments::of(&pictures.iter().map(|p| p[i]).collect::<Vec<_>>());
+    (0..4).map(of_quarter).collect()
+}
+
+#[test]
+fn both_integrators_have_one_expectation() {
+    let mut family = Family::new("integrators");
+    let mut with_glass = stage();
+    with_glass.materials.push(glass(&[]));
+    with_glass.spheres[0].material = 3;
+    for (what, stage) in [("plastic", stage()), ("glass", with_glass)] {
+        let settings = forced();
+        let prepared = stage.prepare(&settings);
+        let path = RenderSettings {
+            integrator: Integrator::Path,
+            ..settings.clone()
+        };
+        let expected = moments(&prepared, &path, 0);
+        let found = moments(&prepared, &settings, 100);
+        for (quarter, (a, b)) in expected.iter().zip(&found).enumerate() {
+            let p = welch_p(a, b, RESOLUTION * a.mean);
+            family.add(format!("{what}, quarter {quarter}"), p);
+        }
+    }
+    family.check();
+}
+
+#[test]
+fn how_it_is_run_does_not_change_a_bit() {
+    let settings = RenderSettings {
+        resolution: [40, 24],
+        samples_per_pixel: 6,
+        ..forced()
+    };
+    let prepared = stage().prepare(&settings);
+    let render = |conditions, shading, threads| {
+        let settings = RenderSettings {
+            shading,
+            threads,
+            ..settings.clone()
+        };
+        Picture::render_under(conditions, &prepared, settings)
+    };
+    let inline = render(Conditions::default(), Shading::Inline, 1);
+    assert!(inline.mean() > 0.01 && inline.stats.gather.records > 100);
+    assert!(inline.stats.needs.contains(&"guided_directions"));
+    assert!(inline.stats.needs.contains(&"residual_roulette"));
+    let plain_loop = Conditions {
+        plain_loop: true,
+        ..Conditions::default()
+    };
+    for (what, conditions, shading, threads) in [
+        ("two threads", Conditions::default(), Shading::Inline, 2),
+        ("seven threads", Conditions::default(), Shading::Inline, 7),
+        ("a plain loop", plain_loop, Shading::Inline, 2),
+        ("queues", Conditions::default(), Shading::Queued, 2),
+        ("bytes", Conditions::default(), Shading::Bytes, 2),
+    ] {
+        inline.check_same_bits(&render(conditions, shading, threads), what);
+    }
+}
+
+#[test]
+fn in_a_furnace_nothing_is_lost() {
+    // A white ball in white light is white, and so is what is seen of it by every path.
+    let mut stage = Stage::new(perspective([0.0, 0.0, 3.0], [0.0; 3], 0.2));
+    stage.materials.push(matte([1.0; 3]));
+    stage.meshes.push(Mesh::cube());
+    stage.lights.push(light(LightShape::Dome, DMat4::IDENTITY));
+    let picture = stage.render(|s| {
+        *s = RenderSettings {
+            samples_per_pixel: 64,
+            ..forced()
+        }
+    });
+    kilauea_tests::check_near(picture.mean(), 1.0, 0.01, "a white ball");
+}
+
+#[test]
+fn where_nothing_is_to_be_learnt_paths_are_plain() {
+    let settings = RenderSettings {
+        general: Vec::new(),
+        ..forced()
+    };
+    let path = RenderSettings {
+        integrator: Integrator::Path,
+        ..settings.clone()
+    };
+    // Without light, and without a surface that light could be sought from.
+    let mut dark = stage();
+    dark.lights.clear();
+    for (stage, max_depth) in [(dark, 5), (stage(), 0)] {
+        let prepared = stage.prepare(&settings);
+        let render = |settings: &RenderSettings| {
+            let settings = RenderSettings {
+                max_depth,
+                ..settings.clone()
+            };
+            Picture::render(&prepared, settings)
+        };
+        let (kilauea, path) = (render(&settings), render(&path));
+        assert!(kilauea.stats.skipped.contains(&"guided_directions"));
+        assert!(kilauea.stats.skipped.contains(&"residual_roulette"));
+        kilauea.check_same_bits(&path, "plain paths");
+    }
+}
