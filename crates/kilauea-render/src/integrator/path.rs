@@ -193,13 +193,12 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                     next = Some(cx.ask(Question::closest::<CUTOUTS>(&ray, sampler, depth)));
                     continue;
                 }
-                let vertex = self.arrive(&mut out, &mut path, depth, &hit);
+                let (vertex, knowledge) = self.arrive(&mut out, &mut path, depth, &hit, trail);
                 if depth == self.max_depth {
                     break;
                 }
                 path.throughput.advance(depth);
                 let (shader, at) = (vertex.interaction.shader, vertex.interaction.at);
-                let knowledge = self.guide.at(trail, vertex.receiver());
                 let scattered = {
                     let shading = self.blame.shading(at);
                     let shade = pin!(shader.shade(PathShade {
@@ -336,7 +335,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         Some(interaction.spawn_ray(dir, t_max - hit.t, visibility))
     }
 
-    /// The vertex at a hit. Adds what the surface there emits.
+    /// The vertex at a hit, and what is known of the light there. Adds what the surface emits.
     // So that it is made where it stays.
     #[inline(always)]
     fn arrive(
@@ -345,7 +344,8 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         path: &mut Path<M, X::Eye>,
         depth: u32,
         hit: &Hit,
-    ) -> Vertex<'a, M> {
+        trail: &G::Trail,
+    ) -> (Vertex<'a, M>, G::Knowledge) {
         path.cone.advance(hit.t);
         self.watch.see(Step::Hit, depth, None, || {
             Vec3::new(hit.t, hit.u, hit.v).is_finite()
@@ -382,7 +382,9 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                 self.describe_surface(out, interaction);
             }
         }
-        vertex
+        // Here, as a vertex that was looked at would be kept for as long as its shade waits.
+        let knowledge = self.guide.at(trail, vertex.receiver());
+        (vertex, knowledge)
     }
 
     #[inline]
