@@ -219,7 +219,9 @@ fn squared_bias(stage: &Stage, radius: f32) -> f64 {
 /// Bias grows as the square of the radius, where that is small beside what there is to see.
 #[test]
 fn bias_vanishes_with_the_radius() {
-    let stage = ball(clear(), bright(LightShape::Disk { radius: 0.1 }, 2.5));
+    let mut lamp = bright(LightShape::Disk { radius: 0.1 }, 2.5);
+    lamp.radiance *= 10.0;
+    let stage = ball(clear(), lamp);
     let [wide, narrow] = [0.2, 0.1].map(|radius| squared_bias(&stage, radius));
     println!("squared bias {wide:.3e} {narrow:.3e}");
     assert!(
@@ -252,7 +254,9 @@ fn radii_shrink_from_pass_to_pass() {
 /// less noisy where the caustic is, and in the same layers.
 #[test]
 fn photons_are_used_where_they_pay() {
-    let stage = ball(clear(), bright(LightShape::Disk { radius: 0.05 }, 2.5));
+    let mut lamp = bright(LightShape::Disk { radius: 0.05 }, 2.5);
+    lamp.radiance *= 50.0;
+    let stage = ball(clear(), lamp);
     let prepared = stage.prepare(&settings());
     let render = |gi, seed| {
         let settings = RenderSettings {

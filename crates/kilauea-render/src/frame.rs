@@ -169,15 +169,28 @@ impl Frame {
         integrator: PathIntegrator<'_, CUTOUTS, M, G>,
         tracer: &RayTracer<'_, CUTOUTS>,
     ) -> Result<(), RenderError> {
-        let passes = 0..self.passes.n_passes();
         let plan = match self.settings.gi {
             GlobalIllumination::Exact => None,
             GlobalIllumination::Consistent => CausticPlan::of(self)?,
         };
-        let Some(plan) = plan else {
-            return self.run_some(integrator, tracer, passes);
-        };
-        for pass in passes {
+        match plan {
+            Some(plan) => self.run_merging(&plan, integrator.guide, tracer),
+            None => self.run_some(integrator, tracer, 0..self.passes.n_passes()),
+        }
+    }
+
+    /// Takes all samples by paths that merge with photons, of which each pass has its own.
+    ///
+    /// Most caustics are made by glass, so that there is no code for scenes without media.
+    fn run_merging<const CUTOUTS: bool, G: Guide>(
+        &self,
+        plan: &CausticPlan<'_>,
+        guide: G,
+        tracer: &RayTracer<'_, CUTOUTS>,
+    ) -> Result<(), RenderError> {
+        let integrator = self.integrator::<CUTOUTS, _>(self.camera_media());
+        let integrator = integrator.guided_by(guide);
+        for pass in 0..self.passes.n_passes() {
             if self.is_over() || self.is_late() {
                 break;
             }

@@ -21,7 +21,7 @@ impl Merging {
     /// For photons that find all by themselves.
     pub fn alone() -> Self {
         Self {
-            eta: f32::MAX,
+            eta: 1e25,
             min_share: 0.0,
         }
     }
@@ -59,7 +59,8 @@ impl Merging {
 
     /// Weight of a strategy with the density `own` beside another of the eye and merging.
     fn weight_beside(self, own: f32, other: f32, merging: f32) -> f32 {
-        let share = self.kept_share(merging / (own + other + merging));
+        // Neither product overflows: the densities of tiny lights are huge.
+        let share = self.kept_share(1.0 / (1.0 + (own + other) / merging));
         (1.0 - share) * own / (own + other)
     }
 

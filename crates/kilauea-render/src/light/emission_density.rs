@@ -11,6 +11,10 @@ impl Emitter<'_> {
     ///
     /// Whether the ray is one of that light's is for the caller to know.
     pub(crate) fn density(&self, light: u32, dir: Vec3) -> f32 {
+        let probability = self.choice.probability(light);
+        if probability == 0.0 {
+            return 0.0;
+        }
         let lights = self.lights;
         let n_finite = lights.area.len() + lights.mesh.len();
         let of_light = if let Some(area) = lights.area.get(light as usize) {
@@ -23,7 +27,7 @@ impl Emitter<'_> {
             let [a, b, c] = lights.mesh.corners(light, self.geometry);
             0.5 / (PI * 0.5 * (b - a).cross(c - a).length())
         };
-        self.choice.probability(light) * of_light
+        probability * of_light
     }
 
     fn density_from_infinity(&self, light: &InfiniteLight, dir: Vec3) -> f32 {
