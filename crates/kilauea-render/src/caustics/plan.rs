@@ -8,7 +8,7 @@ use crate::RenderError;
 use crate::frame::Frame;
 use crate::light::Emitter;
 use crate::needs::moves;
-use crate::photon::{IMPORTON_BLOCK, PhotonRequest, Pilot, caustic_photons, pilot};
+use crate::photon::{IMPORTON_BLOCK, N_PILOT, PhotonRequest, Pilot, caustic_photons, pilot};
 
 /// How a frame's caustics are found by photons.
 pub(crate) struct CausticPlan<'a> {
@@ -21,8 +21,8 @@ pub(crate) struct CausticPlan<'a> {
     pub(super) max_specular: u32,
 }
 
-/// Paths of light that are enough to tell whether photons pay.
-const N_PILOT: u32 = 1 << 15;
+/// Paths that lights send out for each sample of a pixel: measured, see decision 022.
+const EMITTED_PER_PIXEL: u32 = 1;
 
 impl<'a> CausticPlan<'a> {
     /// The plan for a frame; none where photons do not pay, for a reason that is in the frame's
@@ -55,7 +55,7 @@ impl<'a> CausticPlan<'a> {
         if prepared.scene.prototypes.iter().any(moves) {
             return skip("something moves while the shutter is open");
         }
-        let n_per_sample = n_per_sample(frame);
+        let n_per_sample = n_per_sample(settings);
         let plan = |first_radius| Self {
             emitter,
             n_per_sample,
@@ -76,8 +76,7 @@ impl<'a> CausticPlan<'a> {
             return Ok(Err(vec![reason]));
         }
         let photons = caustic_photons(&traced.photons);
-        let n_traced = request.n_emitted;
-        match first_radius(&importons, &photons, n_traced, n_per_sample, IMPORTON_BLOCK) {
+        match first_radius(&importons, &photons, N_PILOT, n_per_sample, IMPORTON_BLOCK) {
             Some(radius) => Ok(Ok(plan(radius))),
             None => skip("too few arrive where they are seen"),
         }
@@ -103,8 +102,14 @@ fn pilot_request(settings: &RenderSettings, n_threads: usize) -> PhotonRequest {
     }
 }
 
-/// One for each sample of a pixel.
-fn n_per_sample(frame: &Frame) -> u32 {
-    let asked = frame.settings.photons.emitted_per_sample;
-    asked.unwrap_or_else(|| u32::try_from(frame.n_pixels).unwrap_or(u32::MAX))
+/// As many for each pixel, also for those that are not rendered, so that a part of a picture is as it
+/// is in the whole.
+fn n_per_sample(settings: &RenderSettings) -> u32 {
+    let [width, height] = settings.resolution;
+    let asked = settings.photons.emitted_per_sample;
+    asked.unwrap_or_else(|| {
+        width
+            .saturating_mul(height)
+            .saturating_mul(EMITTED_PER_PIXEL)
+    })
 }

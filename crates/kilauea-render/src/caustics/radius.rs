@@ -2,6 +2,7 @@
 
 use std::num::NonZeroUsize;
 
+use kilauea_math::Spectrum;
 use kilauea_photon::{DensityRule, Photon, PhotonMap, SurfaceQuery};
 
 use crate::photon::Importon;
@@ -63,7 +64,7 @@ fn caustic_at(importon: &Importon, map: &PhotonMap) -> Option<(f32, f32)> {
     let rule = DensityRule::default();
     let near = map.nearest_on_surface(&query, N_NEAREST, f32::INFINITY, &rule);
     let farthest_sq = near.get(N_NEAREST.get() - 1)?.d_sq;
-    let flux: kilauea_math::Spectrum = near.iter().map(|photon| photon.power).sum();
+    let flux: Spectrum = near.iter().map(|photon| photon.power).sum();
     let per_area = importon.throughput * importon.albedo * flux / farthest_sq;
     let luminance = per_area.luminance();
     (luminance > 0.0 && luminance.is_finite()).then(|| (luminance, farthest_sq.sqrt()))

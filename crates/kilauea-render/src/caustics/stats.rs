@@ -7,7 +7,7 @@ pub struct CausticStats {
     pub emitted: u64,
     /// Photons kept of them, in all passes.
     pub stored: u64,
-    /// How far photons were merged with in the first pass, in metres.
+    /// How far photons were merged with in the first pass, in scene units.
     pub first_radius: f32,
     /// The same in the last one.
     pub last_radius: f32,

@@ -12,7 +12,7 @@ use crate::RenderError;
 use crate::prepared::PreparedScene;
 
 /// Paths of light that are enough to tell.
-const N_PILOT: u32 = 1 << 15;
+pub(crate) const N_PILOT: u32 = 1 << 15;
 /// Pixels along the side of the square that an importon stands for.
 pub(crate) const IMPORTON_BLOCK: u32 = 4;
 /// Photons that an estimate takes.
