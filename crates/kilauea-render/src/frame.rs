@@ -1,24 +1,27 @@
 //! A frame as engine threads see it: how it is run, and where its results go.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use kilauea_film::{Film, Filter};
 use kilauea_math::Vec2;
-use kilauea_scene::{Integrator, RenderSettings, Shading};
+use kilauea_scene::{GlobalIllumination, Integrator, RenderSettings, Shading};
 use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server};
 
 use crate::RenderError;
 use crate::camera::RayGenerator;
+use crate::caustics::{CausticPlan, CausticStats};
 use crate::conditions::Conditions;
 use crate::gather::GatherEstimate;
 use crate::integrator::{
-    Air, Blame, Faults, Guide, Means, Media, MediumStack, PathIntegrator, RayCone, RayCounts,
-    RayTracer, Unguided, Unwatched, media_around,
+    Air, Blame, Faults, Guide, Means, Media, MediumStack, Merge, PathIntegrator, RayCone,
+    RayCounts, RayTracer, Unguided, Unmerged, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
+use crate::photon::TracedPhotons;
 use crate::plain::run_plain;
 use crate::prepared::PreparedScene;
 use crate::program::{PassesJob, PixelProgram, Sampled};
@@ -66,6 +69,17 @@ pub(crate) struct Outcome {
     pub(crate) gather: GatherStats,
     /// What final paths do with what was found.
     pub(crate) means: Means,
+    pub(crate) caustics: CausticStats,
+}
+
+impl Outcome {
+    /// Notes that photons were traced.
+    pub(crate) fn add_photons(&mut self, traced: &TracedPhotons) {
+        self.caustics.rays += traced.counts.rays;
+        self.caustics.seconds += traced.seconds;
+        self.counts.invalid += traced.counts.invalid_rays;
+        self.counts.in_too_many_media += traced.counts.in_too_many_media;
+    }
 }
 
 impl Frame {
@@ -83,13 +97,9 @@ impl Frame {
             (true, true) => self.run_integrator::<true, _>(self.camera_media()),
         };
         let mut outcome = self.lock_outcome();
-        if let Err(error) = result {
-            let geometry = &self.prepared.geometry;
-            // A frame that was told to stop has not failed.
-            outcome.error = (error != RunError::Cancelled)
-                .then(|| RenderError::of_run(error, &self.blame, geometry));
-        }
-        outcome.render_secs = self.start.elapsed().as_secs_f64() - outcome.gather_secs;
+        outcome.error = result.err();
+        let before_paths = outcome.gather_secs + outcome.caustics.seconds;
+        outcome.render_secs = self.start.elapsed().as_secs_f64() - before_paths;
         outcome.has_ended = true;
         drop(outcome);
         self.ended.notify_all();
@@ -107,13 +117,16 @@ impl Frame {
     fn run_integrator<const CUTOUTS: bool, M: Media>(
         &self,
         camera_media: M,
-    ) -> Result<(), RunError> {
+    ) -> Result<(), RenderError> {
         let tracer = self.tracer::<CUTOUTS>();
         let integrator = self.integrator::<CUTOUTS, M>(camera_media);
         if self.settings.integrator == Integrator::Path {
             return self.run_passes(integrator, &tracer);
         }
-        let estimate = self.estimate_gather(integrator, &tracer)?;
+        let estimate = match self.estimate_gather(integrator, &tracer) {
+            Ok(estimate) => estimate,
+            Err(error) => return self.stopped_by(error),
+        };
         self.lock_outcome().gather_secs = self.start.elapsed().as_secs_f64();
         match estimate.as_ref().and_then(GatherEstimate::guide) {
             Some(guide) => self.run_passes(integrator.guided_by(guide), &tracer),
@@ -144,6 +157,7 @@ impl Frame {
             needs: self.needs,
             camera_media,
             guide: Unguided,
+            merge: Unmerged,
             blame: &self.blame,
             watch: Unwatched,
         }
@@ -154,31 +168,89 @@ impl Frame {
         &self,
         integrator: PathIntegrator<'_, CUTOUTS, M, G>,
         tracer: &RayTracer<'_, CUTOUTS>,
-    ) -> Result<(), RunError> {
+    ) -> Result<(), RenderError> {
+        let plan = match self.settings.gi {
+            GlobalIllumination::Exact => None,
+            GlobalIllumination::Consistent => CausticPlan::of(self)?,
+        };
+        match plan {
+            Some(plan) => self.run_merging(&plan, integrator.guide, tracer),
+            None => self.run_some(integrator, tracer, 0..self.passes.n_passes()),
+        }
+    }
+
+    /// Takes all samples by paths that merge with photons, of which each pass has its own.
+    ///
+    /// Most caustics are made by glass, so that there is no code for scenes without media.
+    fn run_merging<const CUTOUTS: bool, G: Guide>(
+        &self,
+        plan: &CausticPlan<'_>,
+        guide: G,
+        tracer: &RayTracer<'_, CUTOUTS>,
+    ) -> Result<(), RenderError> {
+        let integrator = self.integrator::<CUTOUTS, _>(self.camera_media());
+        let integrator = integrator.guided_by(guide);
+        for pass in 0..self.passes.n_passes() {
+            if self.is_over() || self.is_late() {
+                break;
+            }
+            let photons = plan.trace(self, pass)?;
+            let merging = integrator.merging_by(photons.merge(self));
+            self.run_some(merging, tracer, pass..pass + 1)?;
+        }
+        Ok(())
+    }
+
+    /// Takes the samples of some passes.
+    fn run_some<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
+        &self,
+        integrator: PathIntegrator<'_, CUTOUTS, M, G, X>,
+        tracer: &RayTracer<'_, CUTOUTS>,
+        passes: Range<u32>,
+    ) -> Result<(), RenderError> {
         let sampler = PixelSampler {
             frame: self,
             integrator,
         };
-        let all_passes = PassesJob {
+        self.run_samples(sampler, tracer, passes)
+            .or_else(|error| self.stopped_by(error))
+    }
+
+    /// A frame that was told to stop has not failed.
+    fn stopped_by(&self, error: RunError) -> Result<(), RenderError> {
+        if error == RunError::Cancelled {
+            return Ok(());
+        }
+        let geometry = &self.prepared.geometry;
+        Err(RenderError::of_run(error, &self.blame, geometry))
+    }
+
+    fn run_samples<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
+        &self,
+        sampler: PixelSampler<'_, CUTOUTS, M, G, X>,
+        tracer: &RayTracer<'_, CUTOUTS>,
+        passes: Range<u32>,
+    ) -> Result<(), RunError> {
+        let job = PassesJob {
             frame: self,
-            passes: 0..self.passes.n_passes(),
+            passes: passes.clone(),
             n_pixels: TILE_SIZE * TILE_SIZE,
         };
         if self.conditions.plain_loop {
-            return run_plain(&sampler, tracer, &all_passes, self.n_threads);
+            return run_plain(&sampler, tracer, &job, self.n_threads);
         }
         let program = PixelProgram { sampler };
         let delay_secs = self.conditions.answer_delay_ms / 1e3;
         let max_delay = Duration::try_from_secs_f64(delay_secs).unwrap_or_default();
         match self.settings.shading {
             Shading::Inline => Engine::new(self.n_threads)
-                .run_inline(&program, tracer, &all_passes)
+                .run_inline(&program, tracer, &job)
                 .map(drop),
             Shading::Queued if !max_delay.is_zero() => {
-                self.run_queued(&program, &Delayed::new(tracer, max_delay))
+                self.run_queued(&program, &Delayed::new(tracer, max_delay), passes)
             }
-            Shading::Queued => self.run_queued(&program, &Queue::new(tracer)),
-            Shading::Bytes => self.run_queued(&program, &Bytes::new(tracer)),
+            Shading::Queued => self.run_queued(&program, &Queue::new(tracer), passes),
+            Shading::Bytes => self.run_queued(&program, &Bytes::new(tracer), passes),
         }
     }
 
@@ -188,6 +260,7 @@ impl Frame {
         &self,
         program: &P,
         server: &impl Server<P>,
+        passes: Range<u32>,
     ) -> Result<(), RunError> {
         let memory = usize::try_from(self.settings.shade_memory_bytes).unwrap_or(usize::MAX);
         let engine = Engine::new(self.n_threads);
@@ -197,7 +270,7 @@ impl Frame {
         } else {
             engine.budget_bytes(memory)
         };
-        for pass in 0..self.passes.n_passes() {
+        for pass in passes {
             if self.is_late() {
                 break;
             }

@@ -17,7 +17,7 @@ use crate::needs::SceneNeeds;
 use crate::passes::{Passes, TILE_SIZE};
 use crate::prepared::PreparedScene;
 use crate::sampler::SamplerTables;
-use crate::stats::{Memory, RenderStats, SceneSize, Textures, Times, peak_rss_bytes};
+use crate::stats::{Memory, Rays, RenderStats, SceneSize, Textures, Times, peak_rss_bytes};
 
 /// A frame in the making.
 pub struct RenderJob {
@@ -254,22 +254,28 @@ impl Frame {
             invalid_rays: outcome.counts.invalid,
             times: Times {
                 build: prepared.build_secs,
+                photon: outcome.caustics.seconds,
                 gather: outcome.gather_secs,
                 render: outcome.render_secs,
                 ..Times::default()
             },
-            rays: outcome.counts.into(),
+            rays: Rays {
+                photon: outcome.caustics.rays,
+                ..outcome.counts.into()
+            },
             memory: Memory {
                 peak_rss: peak_rss_bytes(),
                 scene: scene.n_bytes() as u64,
                 accel: prepared.geometry.accel().n_bytes() as u64,
                 lights: prepared.lights.n_bytes() as u64,
                 film: self.film.n_bytes(),
+                photons: outcome.caustics.bytes_peak,
                 shades_in_flight_peak: outcome.shades.peak_bytes(),
                 texture_tiles_peak: tiles.bytes_peak,
                 ..Memory::default()
             },
             shades: outcome.shades.stats(),
+            photons: outcome.caustics,
             gather: outcome.gather,
             textures: Textures {
                 tiles_total: tiles.tiles_total,

@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod camera;
+mod caustics;
 mod check;
 mod conditions;
 mod error;
@@ -27,6 +28,7 @@ mod shades;
 mod statistics;
 mod stats;
 
+pub use caustics::CausticStats;
 pub use conditions::Conditions;
 pub use error::RenderError;
 pub use geometry::View;

@@ -141,7 +141,7 @@ impl SceneNeeds {
 }
 
 /// Whether anything in a prototype moves while the shutter is open.
-fn moves(prototype: &Prototype) -> bool {
+pub(crate) fn moves(prototype: &Prototype) -> bool {
     let instances = &prototype.instances;
     prototype.chunks.iter().any(|c| !c.later_keys.is_empty())
         || prototype.curves.iter().any(|c| !c.later_points.is_empty())

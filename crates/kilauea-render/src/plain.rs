@@ -10,7 +10,7 @@ use std::thread::scope;
 
 use kilauea_spot::{Answerer, Context, Program, RunError, Runtime};
 
-use crate::integrator::{Answer, Guide, Media, Question, RayTracer};
+use crate::integrator::{Answer, Guide, Media, Merge, Question, RayTracer};
 use crate::passes::PixelRun;
 use crate::program::{PassesJob, Sampled, StopOnPanic};
 use crate::samples::PixelSampler;
@@ -22,8 +22,8 @@ struct NoSpots;
 struct Answered<'a, const CUTOUTS: bool>(&'a RayTracer<'a, CUTOUTS>);
 
 /// Takes all samples of `job`, whose roots are whole tiles, on `n_threads` threads.
-pub(crate) fn run_plain<const CUTOUTS: bool, M: Media, G: Guide>(
-    sampler: &PixelSampler<'_, CUTOUTS, M, G>,
+pub(crate) fn run_plain<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
+    sampler: &PixelSampler<'_, CUTOUTS, M, G, X>,
     tracer: &RayTracer<'_, CUTOUTS>,
     job: &PassesJob<'_>,
     n_threads: usize,
@@ -51,8 +51,8 @@ pub(crate) fn run_plain<const CUTOUTS: bool, M: Media, G: Guide>(
 }
 
 /// Takes the samples that a tile's pixels get in a pass.
-fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide>(
-    sampler: &PixelSampler<'_, CUTOUTS, M, G>,
+fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
+    sampler: &PixelSampler<'_, CUTOUTS, M, G, X>,
     tracer: &RayTracer<'_, CUTOUTS>,
     run: PixelRun,
 ) -> Sampled {

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use kilauea_spot::{Context, Job, Pool, Program, Runtime};
 
 use crate::frame::Frame;
-use crate::integrator::{Answer, Guide, Media, Question, RayCounts};
+use crate::integrator::{Answer, Guide, Media, Merge, Question, RayCounts};
 use crate::passes::PixelRun;
 use crate::samples::PixelSampler;
 
@@ -14,8 +14,8 @@ use crate::samples::PixelSampler;
 ///
 /// A path has one ray to follow and one light to look at, so its vertices need no SPOTs of their
 /// own: they would only hand on its throughput.
-pub(crate) struct PixelProgram<'f, const CUTOUTS: bool, M, G> {
-    pub(crate) sampler: PixelSampler<'f, CUTOUTS, M, G>,
+pub(crate) struct PixelProgram<'f, const CUTOUTS: bool, M, G, X> {
+    pub(crate) sampler: PixelSampler<'f, CUTOUTS, M, G, X>,
 }
 
 /// What a SPOT did.
@@ -32,7 +32,9 @@ pub(crate) struct PassesJob<'f> {
     pub(crate) n_pixels: u32,
 }
 
-impl<const CUTOUTS: bool, M: Media, G: Guide> Program for PixelProgram<'_, CUTOUTS, M, G> {
+impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> Program
+    for PixelProgram<'_, CUTOUTS, M, G, X>
+{
     type Work = PixelRun;
     type Output = Sampled;
     type Question = Question;
@@ -47,7 +49,7 @@ impl<const CUTOUTS: bool, M: Media, G: Guide> Program for PixelProgram<'_, CUTOU
     }
 }
 
-impl<const CUTOUTS: bool, M: Media, G: Guide> PixelProgram<'_, CUTOUTS, M, G> {
+impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS, M, G, X> {
     /// Takes the samples that some pixels get in a pass, and adds them to the film.
     ///
     /// Not an `async fn`, which would keep each argument in two places while it waits.

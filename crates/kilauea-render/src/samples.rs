@@ -7,14 +7,15 @@ use kilauea_spot::{Context, Program};
 
 use crate::frame::Frame;
 use crate::integrator::{
-    Answer, Fault, FirstFault, Guide, Media, PathIntegrator, Question, RayCounts, SampleId, Step,
+    Answer, Fault, FirstFault, Guide, Media, Merge, PathIntegrator, Question, RayCounts, SampleId,
+    Step,
 };
 use crate::sampler::{PixelSequence, Purpose, Sampler};
 
 /// Takes samples of pixels.
-pub(crate) struct PixelSampler<'f, const CUTOUTS: bool, M, G> {
+pub(crate) struct PixelSampler<'f, const CUTOUTS: bool, M, G, X> {
     pub(crate) frame: &'f Frame,
-    pub(crate) integrator: PathIntegrator<'f, CUTOUTS, M, G>,
+    pub(crate) integrator: PathIntegrator<'f, CUTOUTS, M, G, X>,
 }
 
 /// A pixel of which samples are taken.
@@ -34,7 +35,7 @@ pub(crate) struct SampleStart<'f> {
     offset_sq: f32,
 }
 
-impl<const CUTOUTS: bool, M: Media, G: Guide> PixelSampler<'_, CUTOUTS, M, G> {
+impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS, M, G, X> {
     /// The pixel with that number in a tile.
     pub(crate) fn pixel(&self, tile: u32, pixel_idx: u32) -> SampledPixel<'_> {
         let position = self.frame.passes.pixel(tile, pixel_idx);

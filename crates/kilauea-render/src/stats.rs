@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use kilauea_scene::Scene;
 use serde::Serialize;
 
+use crate::caustics::CausticStats;
 use crate::integrator::RayCounts;
 
 /// Statistics of one frame, in the form of the stats file.
@@ -28,6 +29,8 @@ pub struct RenderStats {
     pub memory: Memory,
     /// Shades that waited for answers.
     pub shades: ShadeStats,
+    /// Photons that caustics are found by.
+    pub photons: CausticStats,
     /// What final-gather estimation found.
     pub gather: GatherStats,
     /// Texture tiles.
@@ -112,7 +115,7 @@ pub struct Memory {
     pub lights: u64,
     /// Pixels.
     pub film: u64,
-    /// Photon maps.
+    /// The largest photon map.
     pub photons: u64,
     /// Shades waiting for answers, at their highest: the sum of each thread's own peak.
     pub shades_in_flight_peak: u64,

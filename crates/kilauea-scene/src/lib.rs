@@ -16,6 +16,7 @@ mod export;
 mod instance;
 mod light;
 mod material;
+mod photon_settings;
 mod points;
 mod prototype_check;
 mod scene;
@@ -30,7 +31,10 @@ pub use error::SceneError;
 pub use instance::{InstanceAttribute, Instances, Prototype};
 pub use light::{Light, LightShape, Shaping};
 pub use material::{Channel, Input, Material, Node, NodeIdx, TextureFile, TextureSource, Wrap};
+pub use photon_settings::{CausticStrategy, PhotonSettings};
 pub use points::PointsChunk;
 pub use scene::Scene;
-pub use settings::{DataWindow, FilterKind, Integrator, RenderSettings, Shading};
+pub use settings::{
+    DataWindow, FilterKind, GlobalIllumination, Integrator, RenderSettings, Shading,
+};
 pub use visibility::Visibility;

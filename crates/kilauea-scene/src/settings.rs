@@ -1,5 +1,7 @@
 use serde::{Deserialize, Serialize};
 
+use crate::PhotonSettings;
+
 /// Settings of one frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -17,6 +19,12 @@ pub struct RenderSettings {
     /// How paths find light.
     #[serde(default)]
     pub integrator: Integrator,
+    /// How light is found that surfaces throw on each other.
+    #[serde(default)]
+    pub gi: GlobalIllumination,
+    /// Of caustics by photons.
+    #[serde(default)]
+    pub photons: PhotonSettings,
     /// Makes another, equally good image.
     pub seed: u32,
     /// Pixel filter.
@@ -52,6 +60,8 @@ impl Default for RenderSettings {
             samples_per_pixel: 64,
             max_depth: 16,
             integrator: Integrator::default(),
+            gi: GlobalIllumination::default(),
+            photons: PhotonSettings::default(),
             seed: 0,
             filter: FilterKind::BlackmanHarris,
             filter_radius: None,
@@ -87,6 +97,18 @@ pub enum Integrator {
     Path,
     /// By what earlier paths found as well, where that pays.
     Kilauea,
+}
+
+/// How light is found that surfaces throw on each other.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GlobalIllumination {
+    /// By paths from the camera: right in expectation with any number of samples.
+    #[default]
+    Exact,
+    /// Caustics by photons as well, where that pays: what is blurred of them vanishes with the number
+    /// of samples.
+    Consistent,
 }
 
 /// Pixel filters.

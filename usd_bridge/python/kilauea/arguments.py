@@ -116,7 +116,7 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("--noise", type=float, metavar="THRESHOLD", help="stop where the image is this clean")
     add("--seed", type=int)
     add("--integrator", choices=BUILT_INTEGRATORS, help="path by default")
-    add("--gi", choices=("exact", "consistent"), help="of kilauea; exact by default")
+    add("--gi", choices=("exact", "consistent"), help="exact by default")
     add("--max-depth", type=_not_negative, metavar="BOUNCES", help="16 by default")
     add("-j", "--threads", type=int, default=0, help="0 all cores, -1 all but one")
     add("--workers", type=int, metavar="N", help="processes")

@@ -113,8 +113,6 @@ def _render(args: argparse.Namespace) -> int:
     for flag in _FLAGS_NOT_BUILT_YET:
         if getattr(args, flag):
             request.print_warning(f"--{flag} is not built yet: ignored")
-    if args.gi == "consistent":
-        request.print_warning("--gi consistent is not built yet: rendering with exact")
     settings = request.engine_settings(args)
     max_level = subdivision_level(args.complexity)
     verbosity, letters = request.verbosity(args.verbose)

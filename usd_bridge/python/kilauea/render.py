@@ -23,6 +23,7 @@ DEFAULTS: dict[str, Any] = {
     "samples_per_pixel": 64,
     "max_depth": 16,
     "integrator": "path",
+    "gi": "exact",
     "seed": 0,
     "filter": "blackman-harris",
     "filter_radius": None,

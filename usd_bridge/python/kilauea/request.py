@@ -111,6 +111,7 @@ def engine_settings(args: argparse.Namespace) -> dict[str, Any]:
         "samples_per_pixel": args.pixel_samples,
         "max_depth": args.max_depth,
         "integrator": args.integrator,
+        "gi": args.gi,
         "seed": args.seed,
         "filter": args.filter,
         "filter_radius": args.filter_radius,

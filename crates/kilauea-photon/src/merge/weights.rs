@@ -18,6 +18,22 @@ impl Merging {
         }
     }
 
+    /// For photons that find all by themselves.
+    pub fn alone() -> Self {
+        Self {
+            eta: 1e25,
+            min_share: 0.0,
+        }
+    }
+
+    /// For photons that nothing is left to.
+    pub fn never() -> Self {
+        Self {
+            eta: 0.0,
+            min_share: f32::INFINITY,
+        }
+    }
+
     /// Weight of a photon that carries `d_eye`, where the eye samples the direction to it with the
     /// density `pdf`.
     #[inline]
@@ -43,7 +59,8 @@ impl Merging {
 
     /// Weight of a strategy with the density `own` beside another of the eye and merging.
     fn weight_beside(self, own: f32, other: f32, merging: f32) -> f32 {
-        let share = self.kept_share(merging / (own + other + merging));
+        // Neither product overflows: the densities of tiny lights are huge.
+        let share = self.kept_share(1.0 / (1.0 + (own + other) / merging));
         (1.0 - share) * own / (own + other)
     }
 

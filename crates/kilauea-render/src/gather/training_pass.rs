@@ -10,7 +10,7 @@ use kilauea_spot::{Context, Job, Pool, Program, Runtime};
 
 use crate::frame::Frame;
 use crate::integrator::{
-    Answer, Guide, Media, PathTrail, Question, RayCounts, Training, light, n_rays,
+    Answer, Guide, Media, PathTrail, Question, RayCounts, Training, Unmerged, light, n_rays,
 };
 use crate::program::StopOnPanic;
 use crate::sampler::SamplerTables;
@@ -75,7 +75,7 @@ impl TrainingGrid {
 
 /// The program of a training pass: a SPOT traces the paths of some blocks, one after the other.
 pub(super) struct TrainingProgram<'f, const CUTOUTS: bool, M> {
-    pub(super) sampler: PixelSampler<'f, CUTOUTS, M, Training<'f>>,
+    pub(super) sampler: PixelSampler<'f, CUTOUTS, M, Training<'f>, Unmerged>,
     pub(super) grid: &'f TrainingGrid,
 }
 

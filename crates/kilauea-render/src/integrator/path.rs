@@ -14,6 +14,7 @@ use super::cone::RayCone;
 use super::fault::{Step, Unwatched, Watch};
 use super::guide::{Guide, Unguided};
 use super::media::{Media, is_hidden};
+use super::merge::{Merge, Unmerged};
 use super::question::{Answer, Question};
 use super::shade::PathShade;
 use super::throughput::Throughput;
@@ -26,7 +27,14 @@ use crate::sampler::Sampler;
 /// The path integrator. `CUTOUTS` as in [`super::RayTracer`], which it asks; `M` is what paths keep
 /// of the media around them.
 #[derive(Clone, Copy)]
-pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, G = Unguided, W = Unwatched> {
+pub(crate) struct PathIntegrator<
+    'a,
+    const CUTOUTS: bool,
+    M,
+    G = Unguided,
+    X = Unmerged,
+    W = Unwatched,
+> {
     /// Surfaces.
     pub geometry: &'a Geometry,
     /// Lights.
@@ -43,6 +51,8 @@ pub(crate) struct PathIntegrator<'a, const CUTOUTS: bool, M, G = Unguided, W = U
     pub camera_media: M,
     /// What paths know beforehand of the light that they look for.
     pub guide: G,
+    /// How paths share what they find with photons.
+    pub merge: X,
     /// Where a shader that panics leaves its name.
     pub blame: &'a Blame,
     /// Sees the values of paths.
@@ -75,25 +85,9 @@ impl RayCounts {
     }
 }
 
-impl<'a, const CUTOUTS: bool, M: Media, G: Guide> PathIntegrator<'a, CUTOUTS, M, G> {
-    /// The same integrator with another guide.
-    pub(crate) fn guided_by<H: Guide>(&self, guide: H) -> PathIntegrator<'a, CUTOUTS, M, H> {
-        PathIntegrator {
-            geometry: self.geometry,
-            lights: self.lights,
-            textures: self.textures,
-            max_depth: self.max_depth,
-            camera_cone: self.camera_cone,
-            needs: self.needs,
-            camera_media: self.camera_media,
-            guide,
-            blame: self.blame,
-            watch: Unwatched,
-        }
-    }
-
-    /// The same integrator, under watch.
-    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, G, W> {
+impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PathIntegrator<'a, CUTOUTS, M, G, X> {
+    /// The same integrator, whose paths merge with photons.
+    pub(crate) fn merging_by<Y: Merge>(&self, merge: Y) -> PathIntegrator<'a, CUTOUTS, M, G, Y> {
         PathIntegrator {
             geometry: self.geometry,
             lights: self.lights,
@@ -103,22 +97,60 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide> PathIntegrator<'a, CUTOUTS, M,
             needs: self.needs,
             camera_media: self.camera_media,
             guide: self.guide,
+            merge,
+            blame: self.blame,
+            watch: Unwatched,
+        }
+    }
+
+    /// The same integrator with another guide.
+    pub(crate) fn guided_by<H: Guide>(&self, guide: H) -> PathIntegrator<'a, CUTOUTS, M, H, X> {
+        PathIntegrator {
+            geometry: self.geometry,
+            lights: self.lights,
+            textures: self.textures,
+            max_depth: self.max_depth,
+            camera_cone: self.camera_cone,
+            needs: self.needs,
+            camera_media: self.camera_media,
+            guide,
+            merge: self.merge,
+            blame: self.blame,
+            watch: Unwatched,
+        }
+    }
+
+    /// The same integrator, under watch.
+    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, G, X, W> {
+        PathIntegrator {
+            geometry: self.geometry,
+            lights: self.lights,
+            textures: self.textures,
+            max_depth: self.max_depth,
+            camera_cone: self.camera_cone,
+            needs: self.needs,
+            camera_media: self.camera_media,
+            guide: self.guide,
+            merge: self.merge,
             blame: self.blame,
             watch,
         }
     }
 }
 
-impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, CUTOUTS, M, G, W> {
+impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
+    PathIntegrator<'a, CUTOUTS, M, G, X, W>
+{
     /// A path that starts with a ray of the camera.
     #[inline]
-    pub(crate) fn start(&self, camera_ray: Ray) -> Path<M> {
+    pub(crate) fn start(&self, camera_ray: Ray) -> Path<M, X::Eye> {
         Path {
             ray: camera_ray,
             cone: self.camera_cone,
             departure: None,
             throughput: Throughput::start(),
             media: self.camera_media,
+            eye: self.merge.start(),
         }
     }
 
@@ -133,7 +165,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, C
     #[inline]
     pub(crate) fn trace<P, C>(
         &self,
-        mut path: Path<M>,
+        mut path: Path<M, X::Eye>,
         sampler: &Sampler<'_>,
         counts: &mut RayCounts,
         trail: &mut G::Trail,
@@ -187,6 +219,11 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, C
                 };
                 path.throughput
                     .add(&mut out, depth + 1, scattered.diffuse, scattered.specular);
+                if let Some([diffuse, specular]) = X::take(&mut path.eye) {
+                    let [diffuse, specular] = [diffuse, specular].map(|l| l * scattered.path);
+                    path.throughput
+                        .add_indirect(&mut out, depth, diffuse, specular);
+                }
                 G::depart(trail, &out, counts);
                 if scattered.path.is_black() {
                     break;
@@ -214,7 +251,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, C
     fn meet(
         &self,
         out: &mut PixelSample,
-        path: &Path<M>,
+        path: &Path<M, X::Eye>,
         depth: u32,
         hit: Option<Hit>,
         counts: &mut RayCounts,
@@ -232,7 +269,13 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, C
 
     /// Adds the light of lamps that the ray meets before `t_end`.
     #[inline]
-    fn add_area_lights(&self, out: &mut PixelSample, path: &Path<M>, depth: u32, t_end: f32) {
+    fn add_area_lights(
+        &self,
+        out: &mut PixelSample,
+        path: &Path<M, X::Eye>,
+        depth: u32,
+        t_end: f32,
+    ) {
         if !self.needs.area_lights {
             return;
         }
@@ -244,13 +287,14 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, C
             .for_each_area_hit(&segment, path.receiver(), self.textures, |t, emitted| {
                 self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, t);
-                path.add_emitted(out, depth, &emitted, passed);
+                let weight = self.merge.weight_of_hit(path, &emitted);
+                path.add_emitted(out, depth, &emitted, passed, weight);
             });
     }
 
     /// Adds the light of what surrounds the scene.
     #[inline]
-    fn add_infinite_lights(&self, out: &mut PixelSample, path: &Path<M>, depth: u32) {
+    fn add_infinite_lights(&self, out: &mut PixelSample, path: &Path<M, X::Eye>, depth: u32) {
         if !self.needs.infinite_lights {
             return;
         }
@@ -258,14 +302,15 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, C
             .for_each_infinite(path.ray.dir, path.receiver(), self.textures, |emitted| {
                 self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, f32::INFINITY);
-                path.add_emitted(out, depth, &emitted, passed);
+                let weight = self.merge.weight_of_hit(path, &emitted);
+                path.add_emitted(out, depth, &emitted, passed, weight);
             });
     }
 
     /// Where the hit is a boundary that is not there in the media around the path: goes on behind
     /// it, and returns the ray that finds what is next.
     #[inline]
-    fn pass_hidden_boundary(&self, path: &mut Path<M>, hit: &Hit) -> Option<Ray> {
+    fn pass_hidden_boundary(&self, path: &mut Path<M, X::Eye>, hit: &Hit) -> Option<Ray> {
         let least_priority = path.media.least_priority(self.geometry);
         if least_priority == i8::MIN {
             return None;
@@ -296,7 +341,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, C
     fn arrive(
         &self,
         out: &mut PixelSample,
-        path: &mut Path<M>,
+        path: &mut Path<M, X::Eye>,
         depth: u32,
         hit: &Hit,
         trail: &G::Trail,
@@ -326,7 +371,8 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, W: Watch> PathIntegrator<'a, C
                 .emitted_by_surface(interaction, hit.t, path.receiver());
             if let Some(emitted) = emitted {
                 self.see_emitted(depth, Some(at), &emitted);
-                path.add_emitted(out, depth, &emitted, vertex.passed);
+                let weight = self.merge.weight_of_hit(path, &emitted);
+                path.add_emitted(out, depth, &emitted, vertex.passed, weight);
             }
         }
         if depth == 0 {

@@ -14,6 +14,7 @@ use std::task::{self, Poll};
 use super::fault::{Step, Watch};
 use super::guide::{Guide, Knowledge};
 use super::media::Media;
+use super::merge::Merge;
 use super::path::{PathIntegrator, RayCounts};
 use super::question::{Answer, Question};
 use super::walk::{Path, Vertex, power_heuristic};
@@ -23,15 +24,16 @@ use crate::sampler::{Purpose, Sampler};
 ///
 /// It owns the vertex, which so is gone once the shader has asked for all it wants to know: shades
 /// that wait are many, and a vertex is large.
-pub(super) struct PathShade<'v, 'a, P, C, M, G, W, const CUTOUTS: bool>
+pub(super) struct PathShade<'v, 'a, P, C, M, G, X, W, const CUTOUTS: bool>
 where
     P: Program,
     C: Context<P>,
     G: Guide,
+    X: Merge,
 {
-    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, G, W>,
+    pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, G, X, W>,
     pub(super) vertex: Vertex<'a, M>,
-    pub(super) path: &'v mut Path<M>,
+    pub(super) path: &'v mut Path<M, X::Eye>,
     /// What is known of the light here.
     pub(super) knowledge: G::Knowledge,
     pub(super) trail: &'v mut G::Trail,
@@ -85,12 +87,14 @@ impl<R: Future<Output = Answer> + Unpin> Future for DirectLight<R> {
     }
 }
 
-impl<'v, 'a, P, C, M, G, W, const CUTOUTS: bool> Shade for PathShade<'v, 'a, P, C, M, G, W, CUTOUTS>
+impl<'v, 'a, P, C, M, G, X, W, const CUTOUTS: bool> Shade
+    for PathShade<'v, 'a, P, C, M, G, X, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
     G: Guide,
+    X: Merge,
     W: Watch,
 {
     #[inline]
@@ -102,7 +106,7 @@ where
     fn direct_light(
         &mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, G, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, G, X, W, CUTOUTS> {
         self.see_bsdf(bsdf);
         self.sample_lights(bsdf).unwrap_or(DirectLight::NOTHING)
     }
@@ -112,18 +116,27 @@ where
     fn indirect(
         mut self,
         bsdf: &SeenBsdf,
-    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, G, W, CUTOUTS> {
+    ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, G, X, W, CUTOUTS> {
         self.see_bsdf(bsdf);
-        ready(self.go_on(bsdf))
+        let (vertex, knowledge) = (&self.vertex, &self.knowledge);
+        let merge = &self.integrator.merge;
+        let has_merged = merge.gather(&mut self.path.eye, vertex, bsdf, knowledge);
+        let mut scattered = self.go_on(bsdf);
+        if has_merged {
+            // What photons bring is a part of what the path brings, even if that ends here.
+            scattered.path = Spectrum::ONE;
+        }
+        ready(scattered)
     }
 }
 
-impl<P, C, M, G, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, G, W, CUTOUTS>
+impl<P, C, M, G, X, W, const CUTOUTS: bool> PathShade<'_, '_, P, C, M, G, X, W, CUTOUTS>
 where
     P: Program<Question = Question, Answer = Answer>,
     C: Context<P>,
     M: Media,
     G: Guide,
+    X: Merge,
     W: Watch,
 {
     /// Estimates direct light by choosing a light (next-event estimation).
@@ -176,12 +189,15 @@ where
                 ..ray
             }
         };
-        let weight = if sample.is_delta {
-            1.0
+        let hit_pdf = if sample.is_delta {
+            0.0
         } else {
-            let pdf = self.knowledge.pdf(bsdf, sample.wi, eval.pdf);
-            power_heuristic(sample.pdf, pdf)
+            self.knowledge.pdf(bsdf, sample.wi, eval.pdf)
         };
+        let (merge, eye) = (&self.integrator.merge, &self.path.eye);
+        let weight = merge
+            .weight_of_connection(eye, &self.vertex, bsdf, &light, hit_pdf)
+            .unwrap_or_else(|| power_heuristic(sample.pdf, hit_pdf));
         self.counts.shadow += 1;
         self.counts.invalid += u64::from(!shadow_ray.is_valid());
         // Smooth lobes reflect, so the light comes through the medium in which the path came.
@@ -220,6 +236,8 @@ where
         if scattered.path.is_black() {
             return scattered;
         }
+        let merge = &self.integrator.merge;
+        merge.depart(self.path, &self.vertex, bsdf);
         self.counts.indirect += 1;
         let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);
         *self.next = Some(self.cx.ask(question));

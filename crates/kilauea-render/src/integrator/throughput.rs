@@ -71,6 +71,24 @@ impl Throughput {
         }
     }
 
+    /// Adds light that lobes scatter at the vertex after `depth` events, and that did not come to it
+    /// straight from a light.
+    #[inline]
+    pub(super) fn add_indirect(
+        &self,
+        out: &mut PixelSample,
+        depth: u32,
+        diffuse: Spectrum,
+        specular: Spectrum,
+    ) {
+        if depth == 0 {
+            out.indirect_diffuse += diffuse;
+            out.indirect_specular += specular;
+        } else {
+            self.add(out, depth + 1, diffuse, specular);
+        }
+    }
+
     /// Adds light that arrives after `n_events` events, of which the last scattered that much of it
     /// by its lobes.
     #[inline]

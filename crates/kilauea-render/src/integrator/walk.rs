@@ -17,7 +17,7 @@ use crate::sampler::{Purpose, Sampler};
 
 /// A path on its way.
 #[derive(Clone, Copy)]
-pub(crate) struct Path<M> {
+pub(crate) struct Path<M, E = ()> {
     /// From where the path scattered last; what lies before `t_min` is passed already.
     pub(super) ray: Ray,
     pub(super) cone: RayCone,
@@ -25,6 +25,8 @@ pub(crate) struct Path<M> {
     pub(super) departure: Option<Departure>,
     pub(super) throughput: Throughput,
     pub(super) media: M,
+    /// What merging with photons needs to know of the way so far.
+    pub(super) eye: E,
 }
 
 /// The vertex that a ray left, as far as multiple importance sampling needs it.
@@ -32,12 +34,12 @@ pub(crate) struct Path<M> {
 pub(super) struct Departure {
     receiver: Receiver,
     /// Density of the direction; irrelevant where no light sampling could have found it.
-    pdf: f32,
-    is_delta: bool,
+    pub(super) pdf: f32,
+    pub(super) is_delta: bool,
 }
 
 /// Where a path scatters.
-pub(super) struct Vertex<'a, M> {
+pub(crate) struct Vertex<'a, M> {
     /// Scattering events before.
     pub(super) depth: u32,
     pub(super) interaction: Interaction<'a>,
@@ -63,7 +65,7 @@ impl<M> Vertex<'_, M> {
     }
 }
 
-impl<M: Media> Path<M> {
+impl<M: Media, E> Path<M, E> {
     /// Where light sampling could have found what the ray meets.
     #[inline]
     pub(super) fn receiver(&self) -> Option<Receiver> {
@@ -140,7 +142,8 @@ impl<M: Media> Path<M> {
     }
 
     /// Adds emission met by the ray, which left its vertex after `depth` events, of which the
-    /// fraction `passed` arrives.
+    /// fraction `passed` arrives. `weight` stands for that of multiple importance sampling, if there
+    /// is one.
     #[inline]
     pub(super) fn add_emitted(
         &self,
@@ -148,6 +151,7 @@ impl<M: Media> Path<M> {
         depth: u32,
         emitted: &Emitted,
         passed: Spectrum,
+        weight: Option<f32>,
     ) {
         let radiance = emitted.radiance * passed;
         let Some(departure) = self.departure else {
@@ -156,10 +160,10 @@ impl<M: Media> Path<M> {
             }
             return;
         };
-        let weight = if departure.is_delta {
-            1.0
-        } else {
-            power_heuristic(departure.pdf, emitted.pdf)
+        let weight = match weight {
+            Some(weight) => weight,
+            None if departure.is_delta => 1.0,
+            None => power_heuristic(departure.pdf, emitted.pdf),
         };
         let throughput = &self.throughput;
         let radiance = radiance * weight;

@@ -7,8 +7,8 @@ use crate::geometry::Geometry;
 
 impl Lights {
     /// Density per solid angle with which [`Self::sample`] at a receiver chooses a light, by number,
-    /// and the unit direction `wi` to the point of it that is `distance` away. Zero for parallel
-    /// light, whose direction has no density.
+    /// and the unit direction `wi` to the point of it that is `distance` away; for parallel light the
+    /// probability of choosing it.
     pub(super) fn connection_pdf(
         &self,
         light: u32,
@@ -21,6 +21,7 @@ impl Lights {
         let n_finite = self.area.len() + self.mesh.len();
         if let Some(idx) = (light as usize).checked_sub(n_finite) {
             let pdf = match &self.infinite[idx] {
+                InfiniteLight::Distant(l) if l.is_delta() => 1.0,
                 InfiniteLight::Distant(l) => l.radiance_and_pdf(wi).map_or(0.0, |(_, pdf)| pdf),
                 InfiniteLight::Dome(l) => l.radiance_and_pdf(Some(receiver.n), wi, textures).1,
             };

@@ -131,6 +131,15 @@ impl DomeLight {
         })
     }
 
+    /// Density of [`Self::sample_emission`].
+    pub(super) fn emission_pdf(&self, dir: Vec3, textures: &TextureStore) -> f32 {
+        if self.picture.is_some() {
+            self.radiance_and_pdf(None, dir, textures).1
+        } else {
+            0.25 * INV_PI
+        }
+    }
+
     /// Mean radiance over the sphere.
     pub(super) fn mean_radiance(&self) -> Spectrum {
         self.mean

@@ -59,7 +59,6 @@ impl EmissionCone {
     }
 
     /// The density of a unit direction.
-    #[cfg(test)]
     pub(super) fn pdf(&self, dir: Vec3) -> f32 {
         let cos = dir.dot(self.frame.z);
         match self.density {

@@ -68,12 +68,12 @@ pub(crate) struct EmittedPhoton {
 /// Sends photons out of the lights of a scene, each light with a probability in proportion to its
 /// power.
 pub(crate) struct Emitter<'a> {
-    lights: &'a Lights,
-    geometry: &'a Geometry,
-    textures: &'a TextureStore,
+    pub(super) lights: &'a Lights,
+    pub(super) geometry: &'a Geometry,
+    pub(super) textures: &'a TextureStore,
     /// None where there is nothing to shine on.
-    lit: Option<LitBox>,
-    choice: LightChoice,
+    pub(super) lit: Option<LitBox>,
+    pub(super) choice: LightChoice,
 }
 
 impl<'a> Emitter<'a> {

@@ -42,6 +42,16 @@ impl LightChoice {
         Some((idx as u32, (weight / total) as f32))
     }
 
+    /// Probability of a light.
+    pub(super) fn probability(&self, light: u32) -> f32 {
+        let weight = self.weight(light as usize).unwrap_or(0.0);
+        if weight > 0.0 {
+            (weight / self.total()) as f32
+        } else {
+            0.0
+        }
+    }
+
     fn total(&self) -> f64 {
         self.cumulative.last().copied().unwrap_or(0.0)
     }
@@ -65,8 +75,10 @@ mod tests {
             let (light, probability) = choice.sample(u).unwrap();
             counts[light as usize] += 1;
             assert_eq!(probability, if light == 1 { 0.25 } else { 0.75 });
+            assert_eq!(probability, choice.probability(light));
         }
         assert_eq!(counts, [0, 1000, 0, 3000, 0, 0]);
+        assert_eq!(choice.probability(2), 0.0);
     }
 
     #[test]

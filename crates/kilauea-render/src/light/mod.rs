@@ -9,6 +9,7 @@ mod distribution;
 mod dome;
 mod emission;
 mod emission_cone;
+mod emission_density;
 mod emit;
 mod light_choice;
 mod lit_box;
@@ -56,6 +57,8 @@ pub struct ChosenLight {
     pub diffuse: f32,
     /// Multiplies what specular lobes reflect.
     pub specular: f32,
+    /// Number of the light: finite ones, then those at infinity.
+    pub light: u32,
 }
 
 /// Emission met by a ray, with what multiple importance sampling needs.
@@ -71,6 +74,8 @@ pub struct Emitted {
     pub specular: f32,
     /// Whether camera rays see it.
     pub visible_to_camera: bool,
+    /// Number of the light; none of what no ray is aimed at.
+    pub light: Option<u32>,
 }
 
 /// Where light is received: the point and the normal on the side that is seen.
@@ -193,7 +198,7 @@ impl Lights {
         textures: &TextureStore,
     ) -> Option<ChosenLight> {
         let finite = self.finite_probability(receiver);
-        let (mut sample, probability, diffuse, specular) = if u_choice < finite {
+        let (mut sample, light, probability, diffuse, specular) = if u_choice < finite {
             let (light, probability) =
                 self.tree
                     .sample(receiver.p, receiver.n, u_choice / finite)?;
@@ -201,20 +206,24 @@ impl Lights {
             if let Some(area) = self.area.get(light as usize) {
                 let sample = area.sample(receiver.p, u, textures)?;
                 let emission = &area.emission;
-                (sample, probability, emission.diffuse, emission.specular)
+                let (diffuse, specular) = (emission.diffuse, emission.specular);
+                (sample, light, probability, diffuse, specular)
             } else {
                 let sample = self.mesh.sample(light, receiver.p, u, geometry, textures)?;
-                (sample, probability, 1.0, 1.0)
+                (sample, light, probability, 1.0, 1.0)
             }
         } else {
             let rest = (u_choice - finite) / (1.0 - finite);
             let (idx, probability) = self.choose_infinite(receiver, rest)?;
             let probability = (1.0 - finite) * probability;
+            let light = self.infinite_number(idx);
             match &self.infinite[idx] {
-                InfiniteLight::Distant(l) => (l.sample(u), probability, l.diffuse, l.specular),
+                InfiniteLight::Distant(l) => {
+                    (l.sample(u), light, probability, l.diffuse, l.specular)
+                }
                 InfiniteLight::Dome(l) => {
                     let sample = l.sample(receiver.n, u, textures)?;
-                    (sample, probability, l.diffuse, l.specular)
+                    (sample, light, probability, l.diffuse, l.specular)
                 }
             }
         };
@@ -223,6 +232,7 @@ impl Lights {
             sample,
             diffuse,
             specular,
+            light,
         })
     }
 
@@ -277,6 +287,7 @@ impl Lights {
                 diffuse,
                 specular,
                 visible_to_camera,
+                light: Some(self.infinite_number(idx)),
             });
         }
     }
@@ -313,6 +324,7 @@ impl Lights {
             diffuse: 1.0,
             specular: 1.0,
             visible_to_camera: true,
+            light,
         })
     }
 
@@ -335,7 +347,13 @@ impl Lights {
             diffuse: light.emission.diffuse,
             specular: light.emission.specular,
             visible_to_camera: light.visible_to_camera,
+            light: Some(idx),
         }
+    }
+
+    /// Number of a light at infinity among all lights.
+    fn infinite_number(&self, idx: usize) -> u32 {
+        (self.area.len() + self.mesh.len() + idx) as u32
     }
 
     /// Probability of choosing the tree over the infinite lights: half by what each may

@@ -7,12 +7,14 @@ use kilauea_photon::{DensityRule, Photon, PhotonClass, PhotonMap, RadiusRule, Su
 use serde::Serialize;
 
 use super::importon::{Importon, ImportonRequest, trace_importons};
-use super::trace::{PhotonRequest, trace_photons};
+use super::trace::{PhotonRequest, TracedPhotons, trace_photons};
 use crate::RenderError;
 use crate::prepared::PreparedScene;
 
 /// Paths of light that are enough to tell.
-const N_PILOT: u32 = 1 << 15;
+pub(crate) const N_PILOT: u32 = 1 << 15;
+/// Pixels along the side of the square that an importon stands for.
+pub(crate) const IMPORTON_BLOCK: u32 = 4;
 /// Photons that an estimate takes.
 const N_NEAREST: NonZeroUsize = NonZeroUsize::new(32).expect("not zero");
 /// Least share of the light of an image that is worth a map of caustic photons: what a path tracer
@@ -45,6 +47,14 @@ pub struct PhotonBenefit {
     pub skipped: Vec<String>,
 }
 
+/// What a few paths from either end found.
+pub(crate) struct Pilot {
+    /// The first rough surfaces that are seen.
+    pub(crate) importons: Vec<Importon>,
+    pub(crate) traced: TracedPhotons,
+    pub(crate) benefit: PhotonBenefit,
+}
+
 /// Estimates what photons would bring to an image of so many pixels.
 ///
 /// # Errors
@@ -54,11 +64,20 @@ pub fn photon_benefit(
     resolution: [u32; 2],
     request: &PhotonRequest,
 ) -> Result<PhotonBenefit, RenderError> {
+    pilot(prepared, resolution, request).map(|pilot| pilot.benefit)
+}
+
+/// As [`photon_benefit`], with what it is from.
+pub(crate) fn pilot(
+    prepared: &PreparedScene,
+    resolution: [u32; 2],
+    request: &PhotonRequest,
+) -> Result<Pilot, RenderError> {
     let importons = trace_importons(
         prepared,
         &ImportonRequest {
             resolution,
-            block: 4,
+            block: IMPORTON_BLOCK,
             max_depth: request.max_depth,
             max_rough: 1,
             seed: request.seed,
@@ -71,7 +90,11 @@ pub fn photon_benefit(
     };
     let traced = trace_photons(prepared, &pilot)?;
     let shares = LightShares::at(&importons, &traced.photons);
-    Ok(PhotonBenefit::of(shares))
+    Ok(Pilot {
+        importons,
+        traced,
+        benefit: PhotonBenefit::of(shares),
+    })
 }
 
 impl LightShares {
@@ -91,6 +114,12 @@ impl LightShares {
             indirect: share(indirect),
         }
     }
+}
+
+/// Those photons that came over specular surfaces alone.
+pub(crate) fn caustic_photons(photons: &[Photon]) -> Vec<Photon> {
+    let is_caustic = |photon: &&Photon| Kind::of(photon) == Kind::Caustic;
+    photons.iter().filter(is_caustic).copied().collect()
 }
 
 /// What a photon has seen before.
@@ -130,22 +159,20 @@ fn scattered_to_camera(importons: &[Importon], map: &PhotonMap) -> f64 {
 }
 
 impl PhotonBenefit {
+    /// Why caustic photons are not worth it, if they are not.
+    pub(crate) fn why_no_caustics(&self) -> Option<String> {
+        (!self.caustic).then(|| too_little("caustic", self.shares.caustic, MIN_CAUSTIC_SHARE))
+    }
+
     fn of(shares: LightShares) -> Self {
         let caustic = shares.caustic >= MIN_CAUSTIC_SHARE;
         let global = shares.indirect >= MIN_INDIRECT_SHARE;
-        let line = |class: &str, share: f64, least: f64| {
-            format!(
-                "{class} photons: they bring {:.2} % of the light, less than {:.1} %",
-                100.0 * share,
-                100.0 * least
-            )
-        };
         let mut skipped = Vec::new();
         if !caustic {
-            skipped.push(line("caustic", shares.caustic, MIN_CAUSTIC_SHARE));
+            skipped.push(too_little("caustic", shares.caustic, MIN_CAUSTIC_SHARE));
         }
         if !global {
-            skipped.push(line("global", shares.indirect, MIN_INDIRECT_SHARE));
+            skipped.push(too_little("global", shares.indirect, MIN_INDIRECT_SHARE));
         }
         Self {
             shares,
@@ -154,4 +181,12 @@ impl PhotonBenefit {
             skipped,
         }
     }
+}
+
+fn too_little(class: &str, share: f64, least: f64) -> String {
+    format!(
+        "{class} photons: they bring {:.2} % of the light, less than {:.1} %",
+        100.0 * share,
+        100.0 * least
+    )
 }

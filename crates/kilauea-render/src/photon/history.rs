@@ -31,6 +31,11 @@ impl History {
         }
     }
 
+    /// Whether specular surfaces alone were met before this one.
+    pub(super) fn is_caustic(self) -> bool {
+        matches!(self, Self::Specular(_))
+    }
+
     /// Whether no surface was met before this one.
     pub(super) fn is_straight(self) -> bool {
         matches!(self, Self::Straight(_))

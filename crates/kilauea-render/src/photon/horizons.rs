@@ -34,6 +34,16 @@ impl BetweenHorizons {
         0.5 * (1.0 - self.cos_tilt.max(0.0))
     }
 
+    /// The density of [`Self::sample`].
+    pub(super) fn pdf(&self, dir: Vec3) -> f32 {
+        let ns = self.ng * self.cos_tilt - self.away * (1.0 - self.cos_tilt * self.cos_tilt).sqrt();
+        if dir.dot(self.ng) > 0.0 && dir.dot(ns) < 0.0 {
+            dir.dot(self.ng) * INV_PI / self.share()
+        } else {
+            0.0
+        }
+    }
+
     /// A direction, and its density per solid angle: in proportion to the cosine to the geometric
     /// normal.
     pub(super) fn sample(&self, u: Vec2) -> (Vec3, f32) {
@@ -67,8 +77,9 @@ mod tests {
             };
             let density = |dir: Vec3| {
                 let is_between = dir.dot(ng) > 0.0 && dir.dot(ns) < 0.0;
-                let density = dir.dot(ng) * INV_PI / between.share();
-                if is_between { f64::from(density) } else { 0.0 }
+                let density = between.pdf(dir);
+                assert_eq!(density > 0.0, is_between);
+                f64::from(density)
             };
             let domain = Directions::around(between.away + 0.1 * ng, 1.0);
             let found = compare(&domain, 8_000, draw, density);

@@ -21,13 +21,26 @@ mod surfaces;
 mod trace;
 mod tracer;
 
+use kilauea_bsdf::SeenBsdf;
+
+pub(crate) use benefit::{IMPORTON_BLOCK, N_PILOT, Pilot, caustic_photons, pilot};
 pub use benefit::{LightShares, PhotonBenefit, photon_benefit};
 pub use counts::PhotonCounts;
 pub use importon::{Importon, ImportonRequest, trace_importons};
 pub use picture::photon_picture;
 pub use report::{PhotonMemory, PhotonNumbers, PhotonRays, PhotonReport, PhotonTimes};
+pub(crate) use scatter::adjoint_pdf;
+pub(crate) use trace::trace_caustic_photons;
 pub use trace::{PhotonRequest, TracedPhotons, trace_photons};
 
 /// Roughness from which on a surface keeps photons, and below which scattering is specular for the
 /// classes of photons: lobes that are narrower see too few photons of a map.
 pub const MIN_ROUGHNESS: f32 = 0.05;
+
+/// Whether scattering counts as specular: as a mirror does, or by a surface without any rough lobe.
+///
+/// Not by the lobe that was drawn, so that a path is of one class however it was found: several
+/// lobes of a surface may scatter into one direction.
+pub(crate) fn is_specular(is_delta: bool, bsdf: &SeenBsdf) -> bool {
+    is_delta || bsdf.max_roughness() < Some(MIN_ROUGHNESS)
+}

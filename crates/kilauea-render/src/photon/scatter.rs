@@ -23,8 +23,6 @@ pub(super) struct ScatteredLight {
     pub(super) is_delta: bool,
     /// Whether light crossed the surface.
     pub(super) is_transmission: bool,
-    /// Roughness of the lobe that was drawn from.
-    pub(super) roughness: f32,
 }
 
 /// Draws where light goes on that arrives from the unit vector `wi`; `ng` is the geometric normal on
@@ -72,6 +70,18 @@ pub(super) fn sample_adjoint(
     weigh(bsdf, ng, ns, wi, &sample)
 }
 
+/// Density with which [`sample_adjoint`] draws `wo` by lobes that are no mirrors.
+pub(crate) fn adjoint_pdf(bsdf: &Bsdf, ng: Vec3, wi: Vec3, wo: Vec3) -> f32 {
+    let seen = bsdf.seen_from(wi);
+    let side = if wi.dot(ng) < 0.0 { -1.0 } else { 1.0 };
+    let (ng, ns) = (side * ng, side * bsdf.ns());
+    let by_bsdf = seen.eval(wo).pdf;
+    match BetweenHorizons::of(ng, ns).filter(|_| seen.has_smooth_lobes()) {
+        Some(below) => (1.0 - below.share()) * by_bsdf + below.share() * below.pdf(wo),
+        None => by_bsdf,
+    }
+}
+
 /// The share of light that goes into a direction which was drawn with the density of `sample`.
 fn weigh(bsdf: &Bsdf, ng: Vec3, ns: Vec3, wi: Vec3, sample: &BsdfSample) -> Option<ScatteredLight> {
     let BsdfSample {
@@ -79,7 +89,6 @@ fn weigh(bsdf: &Bsdf, ng: Vec3, ns: Vec3, wi: Vec3, sample: &BsdfSample) -> Opti
         pdf,
         is_delta,
         is_transmission,
-        roughness,
         ..
     } = *sample;
     let true_cosines = wo.dot(ng).abs() / wi.dot(ng).abs();
@@ -104,7 +113,6 @@ fn weigh(bsdf: &Bsdf, ng: Vec3, ns: Vec3, wi: Vec3, sample: &BsdfSample) -> Opti
         reverse_pdf,
         is_delta,
         is_transmission,
-        roughness,
     })
 }
 

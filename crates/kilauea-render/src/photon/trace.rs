@@ -27,6 +27,13 @@ pub struct PhotonRequest {
     pub shading: Shading,
 }
 
+/// Which photons are kept. Paths end where they can leave no more of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kept {
+    All,
+    Caustic,
+}
+
 /// Photons of a scene.
 #[derive(Clone, Debug, Default)]
 pub struct TracedPhotons {
@@ -49,18 +56,36 @@ pub fn trace_photons(
     prepared: &PreparedScene,
     request: &PhotonRequest,
 ) -> Result<TracedPhotons, RenderError> {
+    trace_kept(prepared, request, Kept::All)
+}
+
+/// Traces those photons alone that come over specular surfaces alone: the others of
+/// [`trace_photons`] are left out.
+pub(crate) fn trace_caustic_photons(
+    prepared: &PreparedScene,
+    request: &PhotonRequest,
+) -> Result<TracedPhotons, RenderError> {
+    trace_kept(prepared, request, Kept::Caustic)
+}
+
+fn trace_kept(
+    prepared: &PreparedScene,
+    request: &PhotonRequest,
+    kept: Kept,
+) -> Result<TracedPhotons, RenderError> {
     let needs = &prepared.needs;
     match (needs.media, needs.cutouts || needs.nested_media) {
-        (false, false) => trace::<false, Air>(prepared, request),
-        (false, true) => trace::<true, Air>(prepared, request),
-        (true, false) => trace::<false, MediumStack>(prepared, request),
-        (true, true) => trace::<true, MediumStack>(prepared, request),
+        (false, false) => trace::<false, Air>(prepared, request, kept),
+        (false, true) => trace::<true, Air>(prepared, request, kept),
+        (true, false) => trace::<false, MediumStack>(prepared, request, kept),
+        (true, true) => trace::<true, MediumStack>(prepared, request, kept),
     }
 }
 
 fn trace<const CUTOUTS: bool, M: Media>(
     prepared: &PreparedScene,
     request: &PhotonRequest,
+    kept: Kept,
 ) -> Result<TracedPhotons, RenderError> {
     /// Keeps the numbers of photons apart from those of camera paths.
     const PHOTON_SEED: u32 = 0x5bf0_3635;
@@ -84,7 +109,8 @@ fn trace<const CUTOUTS: bool, M: Media>(
     }
     let blame = Blame::default();
     let tables = SamplerTables::new(n_emitted, max_depth, seed ^ PHOTON_SEED);
-    let tracer = PhotonTracer::<CUTOUTS, M>::new(&emitter, prepared, &blame, request, &tables);
+    let tracer =
+        PhotonTracer::<CUTOUTS, M>::new(&emitter, prepared, &blame, request, kept, &tables);
     let answerer = RayTracer::<CUTOUTS> {
         geometry,
         textures,

@@ -9,7 +9,8 @@ use super::history::History;
 use super::meeting::Meeting;
 use super::scatter::{ScatteredLight, sample_adjoint};
 use super::surfaces::{Surfaces, Traveller, Vertex};
-use super::{MIN_ROUGHNESS, PhotonCounts, PhotonRequest};
+use super::trace::Kept;
+use super::{MIN_ROUGHNESS, PhotonCounts, PhotonRequest, is_specular};
 use crate::integrator::{Answer, Blame, Media, Question};
 use crate::light::{EmittedPhoton, Emitter, Receiver};
 use crate::needs::SceneNeeds;
@@ -23,6 +24,7 @@ pub(super) struct PhotonTracer<'a, const CUTOUTS: bool, M> {
     blame: &'a Blame,
     needs: SceneNeeds,
     max_depth: u32,
+    kept: Kept,
     /// One over the number of paths.
     share: f32,
     /// Width of what a photon stands for: textures need not be sharper.
@@ -96,6 +98,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         prepared: &'a PreparedScene,
         blame: &'a Blame,
         request: &PhotonRequest,
+        kept: Kept,
         tables: &'a SamplerTables,
     ) -> Self {
         let PreparedScene {
@@ -108,6 +111,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             blame,
             needs: prepared.needs,
             max_depth: request.max_depth,
+            kept,
             share: 1.0 / request.n_emitted as f32,
             footprint: (emitter.mean_cross_section() / request.n_emitted as f32).sqrt(),
             sequence: tables.pixel([0, 0]),
@@ -157,7 +161,8 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         let _shading = self.blame.shading(interaction.at);
         let bsdf = interaction.shader.bsdf(surface);
         let seen = bsdf.seen_from(surface.wo);
-        if seen.max_roughness() >= Some(MIN_ROUGHNESS) {
+        let is_kept = self.kept == Kept::All || path.history.is_caustic();
+        if is_kept && seen.max_roughness() >= Some(MIN_ROUGHNESS) {
             left.keep(path.photon(vertex, number));
         }
         self.scatter(path, vertex, &bsdf, &seen, sampler)
@@ -192,10 +197,12 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         if !is_alive || !after.is_finite() {
             return false;
         }
-        path.history = if scattered.roughness < MIN_ROUGHNESS {
+        path.history = if is_specular(scattered.is_delta, seen) {
             let reverse_pdf = self.reverse_pdf(path, vertex, &scattered);
             let cos_out = scattered.wo.dot(surface.ng).abs();
             path.history.reflected(scattered.pdf, reverse_pdf, cos_out)
+        } else if self.kept == Kept::Caustic {
+            return false;
         } else {
             History::Scattered
         };

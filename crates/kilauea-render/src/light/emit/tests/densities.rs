@@ -149,3 +149,23 @@ fn around(case: &Case, center: Vec2) -> Rectangle {
         max: center + reach * 1.07,
     }
 }
+
+#[test]
+fn the_density_of_a_photon_is_known_to_those_who_did_not_send_it() {
+    for case in cases() {
+        let emitter = emitter(&case.prepared);
+        let mut n = 0;
+        for i in 0..200 {
+            let [a, b, c, d] = uniforms(7, i);
+            let (u_direction, u_point) = (Vec2::new(a, b), Vec2::new(c, d));
+            let Some(photon) = emitter.emit(Vec2::splat(0.5), u_direction, u_point) else {
+                continue;
+            };
+            let density = emitter.density(photon.light, photon.ray.dir);
+            let ratio = density / photon.density;
+            assert!((ratio - 1.0).abs() < 1e-3, "{}: {ratio}", case.name);
+            n += 1;
+        }
+        assert!(n > 20, "{}: {n}", case.name);
+    }
+}

@@ -1,0 +1,115 @@
+//! What photons of a frame are traced.
+
+use kilauea_photon::ProgressiveRadius;
+use kilauea_scene::RenderSettings;
+
+use super::radius::first_radius;
+use crate::RenderError;
+use crate::frame::Frame;
+use crate::light::Emitter;
+use crate::needs::moves;
+use crate::photon::{IMPORTON_BLOCK, N_PILOT, PhotonRequest, Pilot, caustic_photons, pilot};
+
+/// How a frame's caustics are found by photons.
+pub(crate) struct CausticPlan<'a> {
+    pub(super) emitter: Emitter<'a>,
+    /// Paths that lights send out for each sample of the pixels.
+    pub(super) n_per_sample: u32,
+    /// Of the first sample, engine space.
+    pub(super) first_radius: f32,
+    /// Specular surfaces that photons meet at most.
+    pub(super) max_specular: u32,
+}
+
+/// Paths that lights send out for each sample of a pixel: measured, see decision 022.
+const EMITTED_PER_PIXEL: u32 = 1;
+
+impl<'a> CausticPlan<'a> {
+    /// The plan for a frame; none where photons do not pay, for a reason that is in the frame's
+    /// statistics then.
+    pub(crate) fn of(frame: &'a Frame) -> Result<Option<Self>, RenderError> {
+        let planned = Self::plan(frame)?;
+        let mut outcome = frame.lock_outcome();
+        Ok(match planned {
+            Ok(plan) => Some(plan),
+            Err(reasons) => {
+                outcome.caustics.skipped = reasons;
+                None
+            }
+        })
+    }
+
+    /// A plan, or the reasons why there is none.
+    fn plan(frame: &'a Frame) -> Result<Result<Self, Vec<String>>, RenderError> {
+        let Frame {
+            prepared, settings, ..
+        } = frame;
+        let skip = |reason: &str| Ok(Err(vec![format!("caustic photons: {reason}")]));
+        let emitter = Emitter::new(&prepared.lights, &prepared.geometry, &prepared.textures);
+        if emitter.is_empty() {
+            return skip("no light sends any out");
+        }
+        if settings.max_depth < 2 {
+            return skip("paths are too short for caustics");
+        }
+        if prepared.scene.prototypes.iter().any(moves) {
+            return skip("something moves while the shutter is open");
+        }
+        let n_per_sample = n_per_sample(settings);
+        let plan = |first_radius| Self {
+            emitter,
+            n_per_sample,
+            first_radius,
+            max_specular: settings.max_depth.div_ceil(2),
+        };
+        if let Some(radius) = settings.photons.radius {
+            return Ok(Ok(plan(radius)));
+        }
+        let request = pilot_request(settings, frame.n_threads);
+        let Pilot {
+            importons,
+            traced,
+            benefit,
+        } = pilot(prepared, settings.resolution, &request)?;
+        frame.lock_outcome().add_photons(&traced);
+        if let Some(reason) = benefit.why_no_caustics() {
+            return Ok(Err(vec![reason]));
+        }
+        let photons = caustic_photons(&traced.photons);
+        match first_radius(&importons, &photons, N_PILOT, n_per_sample, IMPORTON_BLOCK) {
+            Some(radius) => Ok(Ok(plan(radius))),
+            None => skip("too few arrive where they are seen"),
+        }
+    }
+
+    /// Radius of the sample with that number, from zero.
+    pub(super) fn radius(&self, sample_idx: u32) -> f32 {
+        let mut radius = ProgressiveRadius::new(self.first_radius);
+        for _ in 0..sample_idx {
+            radius.advance();
+        }
+        radius.radius()
+    }
+}
+
+fn pilot_request(settings: &RenderSettings, n_threads: usize) -> PhotonRequest {
+    PhotonRequest {
+        n_emitted: N_PILOT,
+        max_depth: settings.max_depth,
+        seed: settings.seed,
+        n_threads,
+        shading: settings.shading,
+    }
+}
+
+/// As many for each pixel, also for those that are not rendered, so that a part of a picture is as it
+/// is in the whole.
+fn n_per_sample(settings: &RenderSettings) -> u32 {
+    let [width, height] = settings.resolution;
+    let asked = settings.photons.emitted_per_sample;
+    asked.unwrap_or_else(|| {
+        width
+            .saturating_mul(height)
+            .saturating_mul(EMITTED_PER_PIXEL)
+    })
+}

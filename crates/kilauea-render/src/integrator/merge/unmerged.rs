@@ -1,0 +1,48 @@
+use kilauea_bsdf::SeenBsdf;
+use kilauea_math::Spectrum;
+
+use super::Merge;
+use crate::integrator::guide::Knowledge;
+use crate::integrator::walk::{Path, Vertex};
+use crate::light::{ChosenLight, Emitted};
+
+/// There are no photons, at no cost.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Unmerged;
+
+impl Merge for Unmerged {
+    type Eye = ();
+
+    #[inline(always)]
+    fn start(&self) {}
+
+    #[inline(always)]
+    fn gather<M>(&self, (): &mut (), _: &Vertex<'_, M>, _: &SeenBsdf, _: &impl Knowledge) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn take((): &mut ()) -> Option<[Spectrum; 2]> {
+        None
+    }
+
+    #[inline(always)]
+    fn depart<M>(&self, _: &mut Path<M, ()>, _: &Vertex<'_, M>, _: &SeenBsdf) {}
+
+    #[inline(always)]
+    fn weight_of_hit<M>(&self, _: &Path<M, ()>, _: &Emitted) -> Option<f32> {
+        None
+    }
+
+    #[inline(always)]
+    fn weight_of_connection<M>(
+        &self,
+        (): &(),
+        _: &Vertex<'_, M>,
+        _: &SeenBsdf,
+        _: &ChosenLight,
+        _: f32,
+    ) -> Option<f32> {
+        None
+    }
+}

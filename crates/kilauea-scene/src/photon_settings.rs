@@ -1,0 +1,28 @@
+use serde::{Deserialize, Serialize};
+
+/// How caustics are found by photons. All is chosen by the renderer unless said here (tests,
+/// benchmarks).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PhotonSettings {
+    /// Paths that lights send out for each sample that the pixels get.
+    pub emitted_per_sample: Option<u32>,
+    /// How far photons are merged with in the first sample, in scene units; less in later ones. Given, photons
+    /// are traced whether they pay or not.
+    pub radius: Option<f32>,
+    /// By whom caustics are found.
+    pub found_by: CausticStrategy,
+}
+
+/// Ways to find caustics.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CausticStrategy {
+    /// By all below, each as far as it finds them better than the others.
+    #[default]
+    All,
+    /// By photons alone.
+    Photons,
+    /// By paths from the camera alone.
+    Paths,
+}

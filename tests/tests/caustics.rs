@@ -1,0 +1,380 @@
+//! Caustics by photons beside paths: the same light, found in other ways.
+
+use kilauea_math::{DMat4, Spectrum};
+use kilauea_render::PreparedScene;
+use kilauea_scene::{
+    CausticStrategy, GlobalIllumination, Light, LightShape, Material, PhotonSettings,
+    RenderSettings, Shading,
+};
+use kilauea_testing::{Family, Moments, welch_p};
+use kilauea_tests::{
+    Mesh, Picture, Sphere, Stage, black_emitter, check_near, facing_down, glass, light, matte,
+    perspective, preview, rect_light, rel_mse,
+};
+use std::sync::Arc;
+
+const RADIUS: f32 = 0.05;
+
+/// A ball over a floor under `lamp`, from above; most light on the floor below is a caustic.
+fn ball(material: Material, lamp: Light) -> Stage {
+    let mut stage = Stage::new(perspective([1.5, 2.0, 0.0], [0.0, 0.2, 0.0], 0.45));
+    stage.materials = vec![matte([0.7, 0.6, 0.5]), material];
+    stage.meshes.push(Mesh::floor(2.0));
+    stage.spheres.push(Sphere {
+        center: [0.0, 0.6, 0.0],
+        radius: 0.4,
+        material: 1,
+    });
+    stage.lights.push(lamp);
+    stage
+}
+
+/// A lamp that paths find often enough to be compared with.
+fn lamp() -> Light {
+    bright(LightShape::Disk { radius: 0.4 }, 2.5)
+}
+
+fn bright(shape: LightShape, height: f64) -> Light {
+    Light {
+        radiance: Spectrum::splat(5.0),
+        ..light(shape, facing_down(0.3, height, 0.2))
+    }
+}
+
+fn clear() -> Material {
+    glass(&[("ior", &[1.5])])
+}
+
+fn metal(roughness: f32) -> Material {
+    preview(&[
+        ("diffuseColor", &[0.9, 0.8, 0.7]),
+        ("metallic", &[1.0]),
+        ("roughness", &[roughness]),
+    ])
+}
+
+fn settings() -> RenderSettings {
+    RenderSettings {
+        samples_per_pixel: 32,
+        max_depth: 6,
+        aovs: vec!["Z".into()],
+        ..Stage::settings()
+    }
+}
+
+fn consistent(found_by: CausticStrategy, radius: f32) -> RenderSettings {
+    RenderSettings {
+        gi: GlobalIllumination::Consistent,
+        photons: PhotonSettings {
+            emitted_per_sample: Some(1000),
+            radius: Some(radius),
+            found_by,
+        },
+        ..settings()
+    }
+}
+
+/// Means of the whole picture, over seeds. Merging moves light by a radius at most, so that next to
+/// nothing of it leaves the picture.
+fn means(prepared: &Arc<PreparedScene>, settings: &RenderSettings, n_seeds: u32) -> Moments {
+    let first = settings.photons.found_by as u32 * 100;
+    let mean = |seed| {
+        let settings = RenderSettings {
+            seed: first + seed,
+            ..settings.clone()
+        };
+        Picture::render(prepared, settings).mean()
+    };
+    Moments::of(&(1..=n_seeds).map(mean).collect::<Vec<_>>())
+}
+
+/// Each strategy alone finds the whole light of caustics, and so do all of them together: what none
+/// counts is counted by another, and nothing twice.
+#[test]
+fn all_strategies_find_the_same_light() {
+    let sun = |angle_degrees| Light {
+        radiance: Spectrum::splat(if angle_degrees > 0.0 { 100.0 } else { 1.0 }),
+        ..light(
+            LightShape::Distant { angle_degrees },
+            facing_down(0.0, 0.0, 0.0),
+        )
+    };
+    let mut family = Family::new("strategies");
+    let mut check = |name: &str, stage: &Stage| {
+        let prepared = stage.prepare(&settings());
+        let by_paths = means(&prepared, &settings(), 12);
+        for found_by in [
+            CausticStrategy::All,
+            CausticStrategy::Photons,
+            CausticStrategy::Paths,
+        ] {
+            let found = means(&prepared, &consistent(found_by, RADIUS), 12);
+            // Edges of the ball and of the floor lose a little of what is merged there.
+            let p = welch_p(&by_paths, &found, 3e-3 * by_paths.mean);
+            println!(
+                "{name} {found_by:?}: {:.5} {:.1e}, by paths {:.5} {:.1e}",
+                found.mean,
+                found.standard_error(),
+                by_paths.mean,
+                by_paths.standard_error()
+            );
+            family.add(format!("{name}, by {found_by:?}"), p);
+        }
+    };
+    check("glass", &ball(clear(), lamp()));
+    check("a mirror", &ball(metal(0.0), lamp()));
+    check("nearly a mirror", &ball(metal(0.045), lamp()));
+    check("a low sun", &ball(clear(), sun(10.0)));
+    check(
+        "a point of a sun, nearly a mirror",
+        &ball(metal(0.045), sun(0.0)),
+    );
+    check(
+        "a dome",
+        &ball(clear(), light(LightShape::Dome, DMat4::IDENTITY)),
+    );
+    let sphere = bright(LightShape::Sphere { radius: 0.3 }, 1.8);
+    check("a sphere that shines", &ball(clear(), sphere));
+
+    let mut shining_mesh = ball(clear(), lamp());
+    shining_mesh.lights.clear();
+    shining_mesh.materials.push(black_emitter(5.0));
+    let quad = [
+        [-0.3, 2.0, 0.3],
+        [-0.3, 2.0, -0.3],
+        [0.3, 2.0, -0.3],
+        [0.3, 2.0, 0.3],
+    ];
+    shining_mesh
+        .meshes
+        .push(Mesh::polygon(&quad).with_material(2));
+    check("a mesh that shines", &shining_mesh);
+
+    let mut glossy_floor = ball(clear(), lamp());
+    glossy_floor.materials[0] = preview(&[("diffuseColor", &[0.3; 3]), ("roughness", &[0.2])]);
+    check("a glossy floor", &glossy_floor);
+
+    let mut in_a_mirror = ball(clear(), lamp());
+    in_a_mirror.camera = perspective([0.0, 0.3, 1.8], [0.0, 0.3, 3.0], 0.8);
+    in_a_mirror.materials.push(metal(0.0));
+    let wall = [
+        [-2.0, 0.0, 2.5],
+        [-2.0, 2.0, 2.5],
+        [2.0, 2.0, 2.5],
+        [2.0, 0.0, 2.5],
+    ];
+    in_a_mirror
+        .meshes
+        .push(Mesh::polygon(&wall).with_material(2));
+    check("seen in a mirror", &in_a_mirror);
+
+    let mut inside = ball(clear(), lamp());
+    inside.camera = perspective([0.0, 0.7, 0.0], [0.1, 0.0, 0.1], 0.6);
+    check("seen from within the glass", &inside);
+    family.check();
+}
+
+/// Mean squared difference to a picture of the caustic on the floor, over seeds: that of the means
+/// of the pixels, without what their variance adds.
+fn squared_bias(stage: &Stage, radius: f32) -> f64 {
+    const N_SEEDS: u32 = 24;
+    let settings = RenderSettings {
+        samples_per_pixel: 16,
+        ..settings()
+    };
+    let prepared = stage.prepare(&settings);
+    let pixels = |radius: f32| -> Vec<Moments> {
+        let pictures: Vec<Picture> = (0..N_SEEDS)
+            .map(|seed| {
+                let photons = consistent(CausticStrategy::Photons, radius).photons;
+                let settings = RenderSettings {
+                    seed: seed + (1e3 * radius) as u32,
+                    photons: PhotonSettings {
+                        emitted_per_sample: Some(4000),
+                        ..photons
+                    },
+                    gi: GlobalIllumination::Consistent,
+                    ..settings.clone()
+                };
+                Picture::render(&prepared, settings)
+            })
+            .collect();
+        let n_pixels = pictures[0].channel("R").len();
+        let of_pixel = |idx| {
+            let values: Vec<f64> = pictures
+                .iter()
+                .map(|p| f64::from(p.channel("R")[idx]))
+                .collect();
+            Moments::of(&values)
+        };
+        (0..n_pixels).map(of_pixel).collect()
+    };
+    let (sharp, blurred) = (pixels(0.01), pixels(radius));
+    let unbiased = |(a, b): (&Moments, &Moments)| {
+        (a.mean - b.mean).powi(2) - a.variance / a.n - b.variance / b.n
+    };
+    sharp.iter().zip(&blurred).map(unbiased).sum::<f64>() / sharp.len() as f64
+}
+
+/// Bias grows as the square of the radius, where that is small beside what there is to see.
+#[test]
+fn bias_vanishes_with_the_radius() {
+    let mut lamp = bright(LightShape::Disk { radius: 0.1 }, 2.5);
+    lamp.radiance *= 10.0;
+    let stage = ball(clear(), lamp);
+    let [wide, narrow] = [0.2, 0.1].map(|radius| squared_bias(&stage, radius));
+    println!("squared bias {wide:.3e} {narrow:.3e}");
+    assert!(
+        wide > 0.0 && narrow < 0.25 * wide,
+        "{wide:.3e} {narrow:.3e}"
+    );
+}
+
+#[test]
+fn radii_shrink_from_pass_to_pass() {
+    let stage = ball(clear(), lamp());
+    let photons = stage
+        .render(|s| *s = consistent(CausticStrategy::All, RADIUS))
+        .stats
+        .photons;
+    assert_eq!(photons.first_radius, RADIUS);
+    // r² falls with the power -1/3 of the number of samples; the last pass begins with sample 17.
+    let expected = RADIUS * 17_f32.powf(-1.0 / 6.0);
+    assert!(
+        (photons.last_radius / expected - 1.0).abs() < 0.1,
+        "{photons:?}"
+    );
+    assert!(
+        photons.emitted == 32 * 1000 && photons.stored > 500,
+        "{photons:?}"
+    );
+}
+
+/// With radius and number chosen by what a few photons say, and for the same samples, the image is
+/// less noisy where the caustic is, and in the same layers.
+#[test]
+fn photons_are_used_where_they_pay() {
+    let mut lamp = bright(LightShape::Disk { radius: 0.05 }, 2.5);
+    lamp.radiance *= 50.0;
+    let stage = ball(clear(), lamp);
+    let prepared = stage.prepare(&settings());
+    let render = |gi, seed| {
+        let settings = RenderSettings {
+            gi,
+            seed,
+            samples_per_pixel: 64,
+            aovs: Vec::new(),
+            ..settings()
+        };
+        Picture::render(&prepared, settings)
+    };
+    let [exact, consistent] = [GlobalIllumination::Exact, GlobalIllumination::Consistent]
+        .map(|gi| [0, 1].map(|seed| render(gi, seed)));
+    // Light of one sample is shared by all that merge with its photons, so the variance within a
+    // picture tells less than that between pictures.
+    let noise = |[a, b]: &[Picture; 2]| rel_mse(a, b);
+    let (noise, noise_exact) = (noise(&consistent), noise(&exact));
+    println!("noise {noise:.3e} of {noise_exact:.3e}");
+    assert!(noise < 0.2 * noise_exact, "{noise:.3e} {noise_exact:.3e}");
+    let [[exact, _], [consistent, _]] = [exact, consistent];
+    let stats = &consistent.stats;
+    assert!(stats.photons.skipped.is_empty(), "{:?}", stats.photons);
+    assert!(stats.photons.stored > 1000 && stats.rays.photon > stats.photons.stored);
+    assert!(stats.memory.photons > 0 && stats.times.photon > 0.0);
+    for layer in ["direct_diffuse.R", "direct_specular.R", "emission.R"] {
+        let (a, b) = (consistent.channel(layer), exact.channel(layer));
+        assert_eq!(a, b, "{layer}");
+    }
+}
+
+/// No light comes over specular surfaces.
+#[test]
+fn without_caustics_no_bit_changes() {
+    let mut stage = Stage::sphere_on_floor();
+    stage.lights.push(rect_light(1.0, 1.0, 2.0));
+    let prepared = stage.prepare(&settings());
+    let render = |gi| Picture::render(&prepared, RenderSettings { gi, ..settings() });
+    let consistent = render(GlobalIllumination::Consistent);
+    render(GlobalIllumination::Exact).check_same_bits(&consistent, "no caustics");
+    let skipped = &consistent.stats.photons.skipped;
+    assert!(
+        skipped.len() == 1 && skipped[0].contains("caustic photons"),
+        "{skipped:?}"
+    );
+    assert_eq!(consistent.stats.photons.emitted, 0);
+}
+
+#[test]
+fn threads_and_ways_of_answering_do_not_change_a_bit() {
+    let stage = ball(clear(), lamp());
+    let settings = RenderSettings {
+        resolution: [40, 36],
+        samples_per_pixel: 6,
+        ..settings()
+    };
+    let prepared = stage.prepare(&settings);
+    let render = |threads, shading| {
+        let settings = RenderSettings {
+            gi: GlobalIllumination::Consistent,
+            threads,
+            shading,
+            ..settings.clone()
+        };
+        Picture::render(&prepared, settings)
+    };
+    let one = render(1, Shading::Inline);
+    assert!(one.stats.photons.stored > 100);
+    for (threads, shading) in [
+        (2, Shading::Inline),
+        (7, Shading::Inline),
+        (2, Shading::Queued),
+        (2, Shading::Bytes),
+    ] {
+        let what = format!("{threads} threads, {shading:?}");
+        one.check_same_bits(&render(threads, shading), &what);
+    }
+}
+
+#[test]
+fn any_scene_has_its_picture_or_a_reason() {
+    let with = |stage: &Stage, emitted| {
+        stage.render(|s| {
+            *s = consistent(CausticStrategy::All, RADIUS);
+            s.photons.emitted_per_sample = Some(emitted);
+        })
+    };
+    let glass_ball = ball(clear(), lamp());
+    for emitted in [0, 1] {
+        let picture = with(&glass_ball, emitted);
+        picture.check_finite(&format!("{emitted} photons"));
+        let exact = glass_ball.render(|s| *s = settings());
+        // What paths find is whole where photons find nothing, up to noise.
+        check_near(picture.mean(), exact.mean(), 0.3, "few photons");
+    }
+    let reason = |stage: &Stage| {
+        let picture = stage.render(|s| {
+            s.gi = GlobalIllumination::Consistent;
+            s.samples_per_pixel = 4;
+        });
+        picture.check_finite("a picture");
+        picture.stats.photons.skipped.join(" ")
+    };
+    let mut dark = glass_ball.clone();
+    dark.lights.clear();
+    assert!(reason(&dark).contains("no light sends any out"));
+    let mut all_specular = glass_ball.clone();
+    all_specular.materials[0] = metal(0.0);
+    assert!(reason(&all_specular).contains("0.00 % of the light"));
+    let mut empty = glass_ball.clone();
+    (empty.meshes, empty.spheres) = (Vec::new(), Vec::new());
+    assert!(reason(&empty).contains("no light sends any out"));
+    let mut moving = glass_ball.clone();
+    moving.camera.shutter = [0.0, 1.0];
+    moving.meshes[0] = Mesh::floor(2.0).moving(&[[0.0, 0.1, 0.0]]);
+    assert!(reason(&moving).contains("moves"));
+    let short = glass_ball.render(|s| {
+        s.gi = GlobalIllumination::Consistent;
+        s.max_depth = 1;
+    });
+    assert!(short.stats.photons.skipped[0].contains("too short"));
+}
