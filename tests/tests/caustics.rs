@@ -111,13 +111,6 @@ fn all_strategies_find_the_same_light() {
             let found = means(&prepared, &consistent(found_by, RADIUS), 12);
             // Edges of the ball and of the floor lose a little of what is merged there.
             let p = welch_p(&by_paths, &found, 3e-3 * by_paths.mean);
-            println!(
-                "{name} {found_by:?}: {:.5} {:.1e}, by paths {:.5} {:.1e}",
-                found.mean,
-                found.standard_error(),
-                by_paths.mean,
-                by_paths.standard_error()
-            );
             family.add(format!("{name}, by {found_by:?}"), p);
         }
     };
@@ -223,7 +216,6 @@ fn bias_vanishes_with_the_radius() {
     lamp.radiance *= 10.0;
     let stage = ball(clear(), lamp);
     let [wide, narrow] = [0.2, 0.1].map(|radius| squared_bias(&stage, radius));
-    println!("squared bias {wide:.3e} {narrow:.3e}");
     assert!(
         wide > 0.0 && narrow < 0.25 * wide,
         "{wide:.3e} {narrow:.3e}"
@@ -274,7 +266,6 @@ fn photons_are_used_where_they_pay() {
     // picture tells less than that between pictures.
     let noise = |[a, b]: &[Picture; 2]| rel_mse(a, b);
     let (noise, noise_exact) = (noise(&consistent), noise(&exact));
-    println!("noise {noise:.3e} of {noise_exact:.3e}");
     assert!(noise < 0.2 * noise_exact, "{noise:.3e} {noise_exact:.3e}");
     let [[exact, _], [consistent, _]] = [exact, consistent];
     let stats = &consistent.stats;
