@@ -104,6 +104,7 @@ def image(engine: str, seed: int, offset: float = 0.0) -> Converged:
 
 def test_our_engines_never_decide_alone() -> None:
     assert pairs(["kilauea", "path"]) == []
+    assert pairs(["kilauea-consistent", "cycles"]) == []
     assert pairs(["kilauea", "path", "cycles"]) == [("cycles", "kilauea"), ("cycles", "path")]
     assert pairs(["path", "cycles", "mitsuba"])[0] == ("cycles", "mitsuba")
     assert ("cycles", "cycles-guided") not in pairs(["cycles", "cycles-guided"])

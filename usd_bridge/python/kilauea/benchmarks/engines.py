@@ -87,7 +87,7 @@ def render(engine: str, job: Job, samples: int, seed: int) -> Run:
     )
 
 
-def _kilauea(integrator: str) -> Engine:
+def _kilauea(integrator: str, *flags: str) -> Engine:
     def command(job: Job, image: Path, stats: Path, samples: int, seed: int) -> list[str]:
         settings = job.settings
         width, height = settings["resolution"]
@@ -95,10 +95,10 @@ def _kilauea(integrator: str) -> Engine:
         words += ["--integrator", integrator, "-r", width, height, "-p", samples]
         words += ["--seed", seed, "--max-depth", settings["max_depth"]]
         words += ["--filter", settings["filter"], "-j", settings["threads"]]
-        words += ["--stats", stats, "-V", "0", *job.flags]
+        words += ["--stats", stats, "-V", "0", *flags, *job.flags]
         return [str(word) for word in words]
 
-    return Engine(command, _parse_ours, integrator)
+    return Engine(command, _parse_ours, " ".join((integrator, *flags)))
 
 
 def _parse_ours(stats: dict[str, Any]) -> dict[str, Any]:
@@ -154,6 +154,7 @@ def _parse_theirs(stats: dict[str, Any], preparation: str) -> dict[str, Any]:
 
 ENGINES: dict[str, Engine] = {
     "kilauea": _kilauea("kilauea"),
+    "kilauea-consistent": _kilauea("kilauea", "--gi", "consistent"),
     "path": _kilauea("path"),
     "cycles": _cycles(),
     "cycles-guided": _cycles("--guiding"),
@@ -164,5 +165,8 @@ ENGINES: dict[str, Engine] = {
 """By name; `path` is our path tracer, `cycles-guided` has path guiding on. Mitsuba has no Sobol
 sequence: its default sampler is as fast as it gets, the stratified one as clean."""
 
-OURS = ("kilauea", "path")
+OURS = ("kilauea", "kilauea-consistent", "path")
 """Engines that never decide alone what is right."""
+
+BIASED = ("kilauea-consistent",)
+"""Engines whose mean is right in the limit of long renders alone: they decide nothing."""

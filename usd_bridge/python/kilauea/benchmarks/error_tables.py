@@ -10,7 +10,7 @@ from kilauea.benchmarks.summary import BASELINE, CLOCKS
 
 Report = dict[str, Any]
 
-SHOWN = ("kilauea", "path")
+SHOWN = ("path", "kilauea")
 """Engines whose ratios make the headline; the first that a stage has."""
 AGAINST = {"agreed": "an image that two engines agree on", "own": "each engine's own image"}
 _CLOCK_NAMES = {

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 COLOURS = {
     "kilauea": "#7a1fa2",
+    "kilauea-consistent": "#ba68c8",
     "path": "#c62828",
     "cycles": "#1565c0",
     "cycles-guided": "#64b5f6",

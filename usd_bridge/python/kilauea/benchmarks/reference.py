@@ -14,7 +14,7 @@ from typing import Any
 
 from kilauea.benchmarks.agreement import Agreement, compare_engines
 from kilauea.benchmarks.converged import Converged
-from kilauea.benchmarks.engines import OURS
+from kilauea.benchmarks.engines import BIASED, OURS
 from kilauea.benchmarks.image_error import Pixels
 
 
@@ -85,7 +85,7 @@ def find_references(engines: Sequence[str], converge: Callable[[str], Converged]
 def pairs(engines: Sequence[str]) -> list[tuple[str, str]]:
     """Return the pairs that may decide, in order: none is of our engines alone."""
     others = [engine for engine in engines if engine not in OURS]
-    ours = [engine for engine in engines if engine in OURS]
+    ours = [engine for engine in engines if engine in OURS and engine not in BIASED]
     between = [pair for pair in combinations(others, 2) if len({*map(family, pair)}) == 2]
     return [*between, *((other, our) for other in others for our in ours)]
 
