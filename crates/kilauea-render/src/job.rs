@@ -272,7 +272,6 @@ impl Frame {
                 photons: outcome.caustics.bytes_peak,
                 shades_in_flight_peak: outcome.shades.peak_bytes(),
                 texture_tiles_peak: tiles.bytes_peak,
-                ..Memory::default()
             },
             shades: outcome.shades.stats(),
             photons: outcome.caustics,
