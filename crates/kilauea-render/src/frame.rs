@@ -89,12 +89,9 @@ impl Frame {
 
     /// Renders until all samples are taken, the time is up or something fails.
     pub(crate) fn render(&self) {
-        let has_cutouts = self.needs.cutouts || self.needs.nested_media;
-        let result = match (self.needs.media, has_cutouts) {
-            (false, false) => self.run_integrator::<false, _>(Air),
-            (false, true) => self.run_integrator::<true, _>(Air),
-            (true, false) => self.run_integrator::<false, _>(self.camera_media()),
-            (true, true) => self.run_integrator::<true, _>(self.camera_media()),
+        let result = match self.settings.integrator {
+            Integrator::Path => self.run_path(),
+            Integrator::Kilauea => self.run_kilauea(),
         };
         let mut outcome = self.lock_outcome();
         outcome.error = result.err();
@@ -105,6 +102,44 @@ impl Frame {
         self.ended.notify_all();
     }
 
+    /// Takes all samples by paths that know nothing beforehand, without code for what the scene does
+    /// not have.
+    fn run_path(&self) -> Result<(), RenderError> {
+        match (self.needs.media, self.needs_keys()) {
+            (false, false) => self.run_all(self.integrator::<false, _>(Air)),
+            (false, true) => self.run_all(self.integrator::<true, _>(Air)),
+            (true, false) => self.run_all(self.integrator::<false, _>(self.camera_media())),
+            (true, true) => self.run_all(self.integrator::<true, _>(self.camera_media())),
+        }
+    }
+
+    /// Takes all samples by paths that merge with photons or know what light there is, where that
+    /// pays.
+    ///
+    /// They are compiled once, for scenes that have all: as often as `path`, they would take minutes.
+    fn run_kilauea(&self) -> Result<(), RenderError> {
+        if self.settings.gi == GlobalIllumination::Consistent
+            && let Some(plan) = CausticPlan::of(self)?
+        {
+            return self.run_merging(&plan);
+        }
+        let integrator = self.integrator::<true, _>(self.camera_media());
+        let estimate = match self.estimate_gather(integrator, &self.tracer()) {
+            Ok(estimate) => estimate,
+            Err(error) => return self.stopped_by(error),
+        };
+        self.lock_outcome().gather_secs = self.start.elapsed().as_secs_f64();
+        match estimate.as_ref().and_then(GatherEstimate::guide) {
+            Some(guide) => self.run_all(integrator.guided_by(guide)),
+            None => self.run_path(),
+        }
+    }
+
+    /// Whether rays pass some of what they meet.
+    fn needs_keys(&self) -> bool {
+        self.needs.cutouts || self.needs.nested_media
+    }
+
     /// The media where the ray through the centre of the picture starts, as the shutter opens.
     fn camera_media(&self) -> MediumStack {
         let [width, height] = self.settings.resolution.map(|n| n as f32);
@@ -112,26 +147,6 @@ impl Frame {
         let ray = self.camera.ray(center, Vec2::splat(0.5), 0.0).ray;
         let prepared = &*self.prepared;
         media_around(ray.at(ray.t_min), &prepared.geometry, &prepared.textures)
-    }
-
-    fn run_integrator<const CUTOUTS: bool, M: Media>(
-        &self,
-        camera_media: M,
-    ) -> Result<(), RenderError> {
-        let tracer = self.tracer::<CUTOUTS>();
-        let integrator = self.integrator::<CUTOUTS, M>(camera_media);
-        if self.settings.integrator == Integrator::Path {
-            return self.run_passes(integrator, &tracer);
-        }
-        let estimate = match self.estimate_gather(integrator, &tracer) {
-            Ok(estimate) => estimate,
-            Err(error) => return self.stopped_by(error),
-        };
-        self.lock_outcome().gather_secs = self.start.elapsed().as_secs_f64();
-        match estimate.as_ref().and_then(GatherEstimate::guide) {
-            Some(guide) => self.run_passes(integrator.guided_by(guide), &tracer),
-            None => self.run_passes(integrator, &tracer),
-        }
     }
 
     pub(crate) fn tracer<const CUTOUTS: bool>(&self) -> RayTracer<'_, CUTOUTS> {
@@ -164,39 +179,23 @@ impl Frame {
     }
 
     /// Takes all samples by one integrator.
-    pub(crate) fn run_passes<const CUTOUTS: bool, M: Media, G: Guide>(
+    pub(crate) fn run_all<const CUTOUTS: bool, M: Media, G: Guide>(
         &self,
         integrator: PathIntegrator<'_, CUTOUTS, M, G>,
-        tracer: &RayTracer<'_, CUTOUTS>,
     ) -> Result<(), RenderError> {
-        let plan = match self.settings.gi {
-            GlobalIllumination::Exact => None,
-            GlobalIllumination::Consistent => CausticPlan::of(self)?,
-        };
-        match plan {
-            Some(plan) => self.run_merging(&plan, integrator.guide, tracer),
-            None => self.run_some(integrator, tracer, 0..self.passes.n_passes()),
-        }
+        self.run_some(integrator, 0..self.passes.n_passes())
     }
 
     /// Takes all samples by paths that merge with photons, of which each pass has its own.
-    ///
-    /// Most caustics are made by glass, so that there is no code for scenes without media.
-    fn run_merging<const CUTOUTS: bool, G: Guide>(
-        &self,
-        plan: &CausticPlan<'_>,
-        guide: G,
-        tracer: &RayTracer<'_, CUTOUTS>,
-    ) -> Result<(), RenderError> {
-        let integrator = self.integrator::<CUTOUTS, _>(self.camera_media());
-        let integrator = integrator.guided_by(guide);
+    fn run_merging(&self, plan: &CausticPlan<'_>) -> Result<(), RenderError> {
+        let integrator = self.integrator::<true, _>(self.camera_media());
         for pass in 0..self.passes.n_passes() {
             if self.is_over() || self.is_late() {
                 break;
             }
             let photons = plan.trace(self, pass)?;
             let merging = integrator.merging_by(photons.merge(self));
-            self.run_some(merging, tracer, pass..pass + 1)?;
+            self.run_some(merging, pass..pass + 1)?;
         }
         Ok(())
     }
@@ -205,14 +204,13 @@ impl Frame {
     fn run_some<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
         &self,
         integrator: PathIntegrator<'_, CUTOUTS, M, G, X>,
-        tracer: &RayTracer<'_, CUTOUTS>,
         passes: Range<u32>,
     ) -> Result<(), RenderError> {
         let sampler = PixelSampler {
             frame: self,
             integrator,
         };
-        self.run_samples(sampler, tracer, passes)
+        self.run_samples(sampler, &self.tracer(), passes)
             .or_else(|error| self.stopped_by(error))
     }
 

@@ -15,7 +15,7 @@ use super::trainer::Trainer;
 use super::{BOTH, DIRECTIONS, ROULETTE};
 use crate::conditions::Conditions;
 use crate::frame::Frame;
-use crate::integrator::{Air, Guide, Guided, Unguided};
+use crate::integrator::{Guide, Guided, Media, MediumStack, Unguided};
 use crate::{PrepareOptions, PreparedScene};
 
 const N_SEEDS: u32 = 16;
@@ -122,9 +122,9 @@ fn frame(prepared: &Arc<PreparedScene>, seed: u32) -> Frame {
 /// Means of the tiles of a picture that paths with a guide make.
 fn tile_means(prepared: &Arc<PreparedScene>, seed: u32, guide: impl Guide) -> [f64; N_TILES] {
     let frame = frame(prepared, seed);
-    let integrator = frame.integrator::<false, _>(Air).guided_by(guide);
+    let integrator = frame.integrator::<true, _>(MediumStack::AIR);
     frame
-        .run_passes(integrator, &frame.tracer())
+        .run_all(integrator.guided_by(guide))
         .expect("no shader panics");
     let image = frame.film.to_image(DVec3::ZERO);
     let mut means = [0.0; N_TILES];
@@ -181,7 +181,7 @@ fn spoiled_guides_change_no_expectation() {
     let prepared = PreparedScene::new(room(), &PrepareOptions::default());
     let prepared = Arc::new(prepared.expect("the scene is sound"));
     let trained = frame(&prepared, 500);
-    let integrator = trained.integrator::<false, _>(Air);
+    let integrator = trained.integrator::<true, _>(MediumStack::AIR);
     let tracer = trained.tracer();
     let mut trainer = Trainer::new(&trained, integrator, &tracer);
     let samples = trainer.run(16, None).expect("no shader panics");
