@@ -12,7 +12,7 @@ use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Serv
 
 use crate::RenderError;
 use crate::camera::RayGenerator;
-use crate::caustics::{CausticPlan, CausticStats};
+use crate::caustics::CausticPlan;
 use crate::conditions::Conditions;
 use crate::gather::GatherEstimate;
 use crate::integrator::{
@@ -28,7 +28,7 @@ use crate::program::{PassesJob, PixelProgram, Sampled};
 use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
 use crate::shades::Shades;
-use crate::stats::GatherStats;
+use crate::stats::{CausticStats, GatherStats};
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
 pub(crate) struct Frame {
@@ -89,10 +89,7 @@ impl Frame {
 
     /// Renders until all samples are taken, the time is up or something fails.
     pub(crate) fn render(&self) {
-        let result = match self.settings.integrator {
-            Integrator::Path => self.run_path(),
-            Integrator::Kilauea => self.run_kilauea(),
-        };
+        let result = self.take_samples();
         let mut outcome = self.lock_outcome();
         outcome.error = result.err();
         let before_paths = outcome.gather_secs + outcome.caustics.seconds;
@@ -100,6 +97,22 @@ impl Frame {
         outcome.has_ended = true;
         drop(outcome);
         self.ended.notify_all();
+    }
+
+    /// Takes all samples.
+    ///
+    /// Paths that merge with photons or know what light there is are compiled once, for scenes that
+    /// have everything: as often as the others, they would take minutes.
+    fn take_samples(&self) -> Result<(), RenderError> {
+        if self.settings.gi == GlobalIllumination::Consistent
+            && let Some(plan) = CausticPlan::of(self)?
+        {
+            return self.run_merging(&plan);
+        }
+        match self.settings.integrator {
+            Integrator::Path => self.run_path(),
+            Integrator::Kilauea => self.run_guided(),
+        }
     }
 
     /// Takes all samples by paths that know nothing beforehand, without code for what the scene does
@@ -113,16 +126,8 @@ impl Frame {
         }
     }
 
-    /// Takes all samples by paths that merge with photons or know what light there is, where that
-    /// pays.
-    ///
-    /// They are compiled once, for scenes that have all: as often as `path`, they would take minutes.
-    fn run_kilauea(&self) -> Result<(), RenderError> {
-        if self.settings.gi == GlobalIllumination::Consistent
-            && let Some(plan) = CausticPlan::of(self)?
-        {
-            return self.run_merging(&plan);
-        }
+    /// Takes all samples by paths that know what light there is, where that pays.
+    fn run_guided(&self) -> Result<(), RenderError> {
         let integrator = self.integrator::<true, _>(self.camera_media());
         let estimate = match self.estimate_gather(integrator, &self.tracer()) {
             Ok(estimate) => estimate,

@@ -28,7 +28,6 @@ mod shades;
 mod statistics;
 mod stats;
 
-pub use caustics::CausticStats;
 pub use conditions::Conditions;
 pub use error::RenderError;
 pub use geometry::View;
@@ -40,4 +39,4 @@ pub use photon::{
     TracedPhotons, photon_benefit, photon_picture, trace_importons, trace_photons,
 };
 pub use prepared::{PrepareOptions, PreparedScene};
-pub use stats::{GatherStats, RenderStats, peak_rss_bytes};
+pub use stats::{CausticStats, GatherStats, RenderStats, peak_rss_bytes};

@@ -4,7 +4,5 @@
 mod pass;
 mod plan;
 mod radius;
-mod stats;
 
 pub(crate) use plan::CausticPlan;
-pub use stats::CausticStats;

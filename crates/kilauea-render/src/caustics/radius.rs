@@ -13,6 +13,9 @@ const N_NEAREST: NonZeroUsize = NonZeroUsize::new(8).expect("not zero");
 const N_MERGED: f32 = 4.0;
 /// Least radius of the first sample, in pixels: a smaller one shows nothing more.
 const MIN_PIXELS: f32 = 0.5;
+/// Greatest radius of the first sample, in pixels: noise between neighbours is less in the way than
+/// light that has come from elsewhere.
+const MAX_PIXELS: f32 = 6.0;
 
 /// A place that gets caustic light.
 struct Lit {
@@ -52,7 +55,7 @@ pub(super) fn first_radius(
         .collect();
     let radius = weighted_median(&lit, |lit| lit.radius)?;
     let pixel_width = weighted_median(&lit, |lit| lit.pixel_width)?;
-    Some(radius.max(MIN_PIXELS * pixel_width))
+    Some(radius.clamp(MIN_PIXELS * pixel_width, MAX_PIXELS * pixel_width))
 }
 
 /// Luminance that the camera gets of the photons around an importon, and how far they are.
