@@ -88,23 +88,25 @@ impl RayCounts {
 impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PathIntegrator<'a, CUTOUTS, M, G, X> {
     /// The same integrator, whose paths merge with photons.
     pub(crate) fn merging_by<Y: Merge>(&self, merge: Y) -> PathIntegrator<'a, CUTOUTS, M, G, Y> {
-        PathIntegrator {
-            geometry: self.geometry,
-            lights: self.lights,
-            textures: self.textures,
-            max_depth: self.max_depth,
-            camera_cone: self.camera_cone,
-            needs: self.needs,
-            camera_media: self.camera_media,
-            guide: self.guide,
-            merge,
-            blame: self.blame,
-            watch: Unwatched,
-        }
+        self.with(self.guide, merge, Unwatched)
     }
 
     /// The same integrator with another guide.
     pub(crate) fn guided_by<H: Guide>(&self, guide: H) -> PathIntegrator<'a, CUTOUTS, M, H, X> {
+        self.with(guide, self.merge, Unwatched)
+    }
+
+    /// The same integrator, under watch.
+    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, G, X, W> {
+        self.with(self.guide, self.merge, watch)
+    }
+
+    fn with<H: Guide, Y: Merge, W: Watch>(
+        &self,
+        guide: H,
+        merge: Y,
+        watch: W,
+    ) -> PathIntegrator<'a, CUTOUTS, M, H, Y, W> {
         PathIntegrator {
             geometry: self.geometry,
             lights: self.lights,
@@ -114,24 +116,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PathIntegrator<'a, C
             needs: self.needs,
             camera_media: self.camera_media,
             guide,
-            merge: self.merge,
-            blame: self.blame,
-            watch: Unwatched,
-        }
-    }
-
-    /// The same integrator, under watch.
-    pub(crate) fn watched_by<W: Watch>(&self, watch: W) -> PathIntegrator<'a, CUTOUTS, M, G, X, W> {
-        PathIntegrator {
-            geometry: self.geometry,
-            lights: self.lights,
-            textures: self.textures,
-            max_depth: self.max_depth,
-            camera_cone: self.camera_cone,
-            needs: self.needs,
-            camera_media: self.camera_media,
-            guide: self.guide,
-            merge: self.merge,
+            merge,
             blame: self.blame,
             watch,
         }
