@@ -2,13 +2,13 @@
 
 use kilauea_math::{DMat4, DVec3, Spectrum, Vec3};
 use kilauea_scene::{
-    Light, LightShape, Material, MeshChunk, Prototype, Scene, Shaping, TextureSource,
+    Camera, Light, LightShape, Material, MeshChunk, Prototype, Scene, Shaping, TextureSource,
 };
 use std::f32::consts::PI;
 
 use crate::light::Emitter;
 use crate::statistics::lights::{light, sunny, turned};
-use crate::statistics::lit::{camera, glowing};
+use crate::statistics::lit::glowing;
 use crate::{PrepareOptions, PreparedScene};
 
 /// A scene of one light and, off it, a block that is lit.
@@ -65,7 +65,7 @@ pub(super) fn prepare(
         materials: vec![matte],
         textures,
         lights,
-        camera: camera(),
+        camera: Camera::default(),
     };
     PreparedScene::new(scene, &PrepareOptions::default()).expect("the scene is sound")
 }
