@@ -74,20 +74,17 @@ impl Accel {
     /// The nearest hit; of equally near ones that of the lowest instance, then primitive.
     ///
     /// A ray that holds a NaN, starts nowhere or has no direction hits nothing.
-    #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         self.intersect_kept::<false>(ray, KeepAll)
     }
 
     /// The same, in less time if rays are asked for in an order in which each goes much like the one
     /// before, as those of a camera do, and otherwise in more.
-    #[inline]
     pub fn intersect_coherent(&self, ray: &Ray) -> Option<Hit> {
         self.intersect_kept::<true>(ray, KeepAll)
     }
 
     /// Whether anything is hit.
-    #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.occluded_kept(ray, KeepAll)
     }

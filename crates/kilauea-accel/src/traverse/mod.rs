@@ -47,12 +47,14 @@ impl Isa {
         self,
         scene: Scene<'_>,
         rays: (&Ray, impl FnOnce() -> TreeRay<L>),
-        keep: impl Keep,
+        mut keep: impl Keep,
     ) -> Option<Hit> {
         match self {
             Self::Avx2(avx2) if COHERENT => avx2.coherent().closest(scene, rays, keep),
             Self::Avx2(avx2) => avx2.closest(scene, rays, keep),
-            Self::Portable(portable) => portable.closest(scene, rays, keep),
+            Self::Portable(portable) => {
+                portable.closest(scene, rays.0, rays.1().moved(), &mut |hit| keep.keep(hit))
+            }
         }
     }
 
@@ -61,11 +63,13 @@ impl Isa {
         self,
         scene: Scene<'_>,
         rays: (&Ray, impl FnOnce() -> TreeRay<L>),
-        keep: impl Keep,
+        mut keep: impl Keep,
     ) -> bool {
         match self {
             Self::Avx2(avx2) => avx2.occluded(scene, rays, keep),
-            Self::Portable(portable) => portable.occluded(scene, rays, keep),
+            Self::Portable(portable) => {
+                portable.occluded(scene, rays.0, rays.1().moved(), &mut |hit| keep.keep(hit))
+            }
         }
     }
 }
