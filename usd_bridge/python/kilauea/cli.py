@@ -10,7 +10,7 @@ import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from kilauea import framespec, interrupt, request
 from kilauea.arguments import (
@@ -72,7 +72,7 @@ def _parser(command: str) -> _MainParser:
         description="Kilauea, a production renderer for USD.",
         epilog="Every option has a default in the environment: --max-depth in KILAUEA_MAX_DEPTH.",
     )
-    parser.add_argument("--version", action="version", version=f"kilauea {_version()}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and end")
     subparsers = parser.add_subparsers(
         required=True, metavar="COMMAND", parser_class=ArgumentParser
     )
@@ -224,13 +224,18 @@ def _print_error(line: str) -> None:
     print("kilauea: error: " + " ".join(line.split()), file=sys.stderr)
 
 
-def _version() -> str:
-    from importlib import metadata
+class _Version(argparse.Action):
+    """Looks the version up only when asked, as that takes longer than to parse a command."""
 
-    try:
-        return metadata.version("kilauea")
-    except metadata.PackageNotFoundError:
-        return "(not installed)"
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from importlib import metadata
+
+        try:
+            version = metadata.version("kilauea")
+        except metadata.PackageNotFoundError:
+            version = "(not installed)"
+        print(f"kilauea {version}")
+        parser.exit()
 
 
 if __name__ == "__main__":
