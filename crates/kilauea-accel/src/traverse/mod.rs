@@ -22,7 +22,9 @@ pub(crate) use kernel::{Distances, Kernel};
 pub(crate) use portable::Portable;
 pub(crate) use tree_ray::{Ball, Line, TreeRay};
 pub(crate) use two_level::{Instance, Scene};
+pub(crate) use walk::Visitor;
 
+use crate::node::Node8;
 use crate::ray::{Hit, Ray};
 
 /// Which kernels an accelerator runs, decided once.
@@ -66,6 +68,20 @@ impl Isa {
         match self {
             Self::Avx2(avx2) => avx2.occluded(scene, rays, keep),
             Self::Portable(portable) => portable.occluded(scene, rays, keep),
+        }
+    }
+
+    /// Visits leaves of a tree over boxes that the ray pierces, in any order, until one ends that.
+    #[inline(always)]
+    pub(crate) fn pierce<L: Line>(
+        self,
+        nodes: &[Node8],
+        ray: &TreeRay<L>,
+        visitor: &mut impl Visitor,
+    ) {
+        match self {
+            Self::Avx2(avx2) => avx2.pierce(nodes, ray, visitor),
+            Self::Portable(portable) => portable.pierce(nodes, ray, visitor),
         }
     }
 }

@@ -6,6 +6,7 @@ use super::stack::Entry;
 use super::tree_ray::{Line, SLAB_SLACK, TreeRay};
 use super::triangle::Shear;
 use super::two_level::{self, Scene};
+use super::walk::Visitor;
 use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
 
@@ -30,6 +31,15 @@ impl Portable {
         keep: impl Keep,
     ) -> bool {
         two_level::occluded(self, scene, rays, keep)
+    }
+
+    pub(crate) fn pierce<L: Line>(
+        self,
+        nodes: &[Node8],
+        ray: &TreeRay<L>,
+        visitor: &mut impl Visitor,
+    ) {
+        two_level::pierce(self, nodes, ray, visitor);
     }
 }
 
