@@ -1,4 +1,4 @@
-use crate::build::{has_area, has_inverse, in_range, instance_bounds};
+use crate::build::{has_inverse, in_range, instance_bounds};
 use crate::geometry::{Curves, Geometry, Mesh, Placement, Spheres};
 use crate::visibility::Visibility;
 use kilauea_math::{Bounds3, DAffine3, DVec3, Vec3};
@@ -160,31 +160,19 @@ fn with_border(bounds: Bounds3) -> Bounds3 {
     }
 }
 
-/// Around the triangles that can be hit.
+/// Around all points of triangles, degenerate ones too: to look at triangles would take several times
+/// as long.
 fn mesh_bounds(mesh: &Mesh<'_>) -> Bounds3 {
     if mesh.visibility == Visibility::NONE {
         return Bounds3::EMPTY;
     }
-    let around = |corners: &[u32; 3]| {
-        let mut bounds = Bounds3::EMPTY;
-        let mut any_area = false;
-        for positions in &mesh.positions {
-            let [a, b, c] = corners.map(|i| positions.get(i as usize).copied());
-            let (Some(a), Some(b), Some(c)) = (a, b, c) else {
-                return Bounds3::EMPTY;
-            };
-            let triangle = [a, b, c];
-            if !triangle.iter().all(in_range) {
-                return Bounds3::EMPTY;
-            }
-            any_area |= has_area(&triangle);
-            let points = triangle.map(Vec3::from_array);
-            points.into_iter().for_each(|p| bounds.include(p));
-        }
-        if any_area { bounds } else { Bounds3::EMPTY }
-    };
-    let boxes = mesh.triangles.par_iter().with_min_len(4096).map(around);
-    boxes.reduce(|| Bounds3::EMPTY, |a, b| a.union(&b))
+    let points = mesh.positions.iter().copied().flatten();
+    Bounds3::from_points(
+        points
+            .filter(|p| in_range(p))
+            .copied()
+            .map(Vec3::from_array),
+    )
 }
 
 fn sphere_bounds(group: &Spheres<'_>) -> Bounds3 {
