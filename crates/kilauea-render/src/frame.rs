@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use kilauea_film::{Film, Filter};
 use kilauea_math::Vec2;
 use kilauea_scene::{GlobalIllumination, Integrator, RenderSettings, Shading};
-use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server};
+use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server, Split};
 
 use crate::RenderError;
 use crate::camera::RayGenerator;
@@ -27,6 +27,7 @@ use crate::prepared::PreparedScene;
 use crate::program::{PassesJob, PixelProgram, Sampled};
 use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
+use crate::set::{SetParts, Traffic};
 use crate::shades::Shades;
 use crate::stats::{CausticStats, GatherStats};
 
@@ -50,6 +51,8 @@ pub(crate) struct Frame {
     pub(crate) start: Instant,
     pub(crate) deadline: Option<Instant>,
     pub(crate) blame: Blame,
+    /// With the members of a set.
+    pub(crate) traffic: Traffic,
     pub(crate) outcome: Mutex<Outcome>,
     pub(crate) ended: Condvar,
 }
@@ -150,16 +153,11 @@ impl Frame {
         let [width, height] = self.settings.resolution.map(|n| n as f32);
         let center = Vec2::new(width, height) / 2.0;
         let ray = self.camera.ray(center, Vec2::splat(0.5), 0.0).ray;
-        let prepared = &*self.prepared;
-        media_around(ray.at(ray.t_min), &prepared.geometry, &prepared.textures)
+        media_around(ray.at(ray.t_min), &self.tracer())
     }
 
     pub(crate) fn tracer<const CUTOUTS: bool>(&self) -> RayTracer<'_, CUTOUTS> {
-        RayTracer {
-            geometry: &self.prepared.geometry,
-            textures: &self.prepared.textures,
-            blame: &self.blame,
-        }
+        RayTracer::of(&self.prepared, &self.blame).asking(self.conditions.broadcast)
     }
 
     /// The integrator of paths that know nothing beforehand.
@@ -245,15 +243,32 @@ impl Frame {
         let program = PixelProgram { sampler };
         let delay_secs = self.conditions.answer_delay_ms / 1e3;
         let max_delay = Duration::try_from_secs_f64(delay_secs).unwrap_or_default();
+        if let Some(asker) = tracer.set
+            && self.settings.shading != Shading::Inline
+        {
+            let parts = SetParts::<CUTOUTS> {
+                asker,
+                blame: &self.blame,
+                as_bytes: (self.settings.shading == Shading::Bytes)
+                    .then_some(self.conditions.packing),
+                traffic: &self.traffic,
+            };
+            return self.run_queued((&program, &Split::new(&parts), 1), passes);
+        }
         match self.settings.shading {
             Shading::Inline => Engine::new(self.n_threads)
                 .run_inline(&program, tracer, &job)
                 .map(drop),
             Shading::Queued if !max_delay.is_zero() => {
-                self.run_queued(&program, &Delayed::new(tracer, max_delay), passes)
+                let server = Delayed::new(tracer, max_delay);
+                self.run_queued((&program, &server, self.n_threads), passes)
             }
-            Shading::Queued => self.run_queued(&program, &Queue::new(tracer), passes),
-            Shading::Bytes => self.run_queued(&program, &Bytes::new(tracer), passes),
+            Shading::Queued => {
+                self.run_queued((&program, &Queue::new(tracer), self.n_threads), passes)
+            }
+            Shading::Bytes => {
+                self.run_queued((&program, &Bytes::new(tracer), self.n_threads), passes)
+            }
         }
     }
 
@@ -261,8 +276,7 @@ impl Frame {
     /// root, so that many are under way.
     fn run_queued<P: Program<Output = Sampled, Work = PixelRun>>(
         &self,
-        program: &P,
-        server: &impl Server<P>,
+        (program, server, n_servers): (&P, &impl Server<P>, usize),
         passes: Range<u32>,
     ) -> Result<(), RunError> {
         let memory = usize::try_from(self.settings.shade_memory_bytes).unwrap_or(usize::MAX);
@@ -282,7 +296,7 @@ impl Frame {
                 passes: pass..pass + 1,
                 n_pixels: 1,
             };
-            let stats = engine.run_queued(program, server, self.n_threads, &job)?;
+            let stats = engine.run_queued(program, server, n_servers, &job)?;
             self.lock_outcome().shades.add(&stats);
         }
         Ok(())

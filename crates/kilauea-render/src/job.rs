@@ -2,6 +2,7 @@
 
 use kilauea_film::{Aov, Film, FilmSettings, Filter};
 use kilauea_scene::{DataWindow, RenderSettings};
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -17,6 +18,7 @@ use crate::needs::SceneNeeds;
 use crate::passes::{Passes, TILE_SIZE};
 use crate::prepared::PreparedScene;
 use crate::sampler::SamplerTables;
+use crate::set::{Set, Traffic};
 use crate::stats::{Memory, Rays, RenderStats, SceneSize, Textures, Times, peak_rss_bytes};
 
 /// A frame in the making.
@@ -194,6 +196,7 @@ impl Frame {
                 .map(|secs| start + Duration::from_secs_f64(secs.max(0.0))),
             n_threads,
             blame: Blame::default(),
+            traffic: Traffic::new(prepared.member_bytes().len(), conditions.sample_one_in),
             outcome: Mutex::default(),
             ended: Condvar::new(),
             prepared,
@@ -220,16 +223,15 @@ impl Frame {
         }
         .names();
         let scene = &prepared.scene;
+        let members = prepared.member_bytes();
         let tiles = prepared.textures.stats();
         let samples = self.film.n_samples();
         let mut warnings = prepared.warnings.clone();
-        warnings.extend(
-            prepared
-                .textures
-                .take_errors()
-                .iter()
-                .map(ToString::to_string),
-        );
+        let of_members = prepared.set.iter().flat_map(Set::take_texture_errors);
+        let errors = prepared.textures.take_errors().into_iter();
+        let errors = errors.chain(of_members).map(|error| error.to_string());
+        // Members open the same files.
+        warnings.extend(errors.collect::<BTreeSet<_>>());
         if outcome.counts.invalid > 0 {
             let n = outcome.counts.invalid;
             warnings.push(format!("{n} rays could not be traced and hit nothing"));
@@ -265,8 +267,9 @@ impl Frame {
             },
             memory: Memory {
                 peak_rss: peak_rss_bytes(),
-                scene: scene.n_bytes() as u64,
-                accel: prepared.geometry.accel().n_bytes() as u64,
+                scene: scene.n_bytes() as u64 + members.iter().map(|m| m.scene).sum::<u64>(),
+                accel: prepared.geometry.accel().n_bytes() as u64
+                    + members.iter().map(|m| m.accel).sum::<u64>(),
                 lights: prepared.lights.n_bytes() as u64,
                 film: self.film.n_bytes(),
                 photons: outcome.caustics.bytes_peak,
@@ -285,8 +288,9 @@ impl Frame {
             scene: SceneSize {
                 placements: prepared.geometry.n_placements() as u64,
                 lights: prepared.lights.len() as u64,
-                ..SceneSize::of(scene)
+                ..prepared.size
             },
+            set: prepared.set.as_ref().map(|set| self.traffic.stats(set)),
             needs,
             skipped,
             is_complete: full_passes == self.passes.n_passes(),

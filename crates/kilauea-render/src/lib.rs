@@ -23,6 +23,7 @@ mod prepared;
 mod program;
 mod sampler;
 mod samples;
+mod set;
 mod shades;
 #[cfg(test)]
 mod statistics;
@@ -39,4 +40,8 @@ pub use photon::{
     TracedPhotons, photon_benefit, photon_picture, trace_importons, trace_photons,
 };
 pub use prepared::{PrepareOptions, PreparedScene};
-pub use stats::{CausticStats, GatherStats, RenderStats, peak_rss_bytes};
+pub use set::{
+    Broadcast, MemberBytes, MemberStats, Packing, PlacementError, RaySample, RayTraffic, Set,
+    SetPlan, SetStats,
+};
+pub use stats::{CausticStats, GatherStats, RenderStats, SceneSize, peak_rss_bytes};

@@ -6,6 +6,7 @@ use kilauea_scene::Scene;
 use serde::Serialize;
 
 use crate::integrator::RayCounts;
+use crate::set::SetStats;
 
 /// Statistics of one frame, in the form of the stats file.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -36,6 +37,9 @@ pub struct RenderStats {
     pub textures: Textures,
     /// Size of the scene.
     pub scene: SceneSize,
+    /// What was asked of the members of a set, where the scene is spread over one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub set: Option<SetStats>,
     /// Features in use.
     pub needs: Vec<&'static str>,
     /// Features not in use, whose work was skipped.

@@ -5,6 +5,7 @@ use super::stack::Entry;
 use super::tree_ray::{Line, SLAB_SLACK, TreeRay};
 use super::triangle::Shear;
 use super::two_level::{self, Scene};
+use super::walk::Visitor;
 use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
 
@@ -33,6 +34,15 @@ impl Portable {
         keep: KeepDyn<'_>,
     ) -> bool {
         two_level::occluded(self, scene, (ray, || tree_ray), keep)
+    }
+
+    pub(crate) fn pierce<L: Line>(
+        self,
+        nodes: &[Node8],
+        ray: &TreeRay<L>,
+        visitor: &mut impl Visitor,
+    ) {
+        two_level::pierce(self, nodes, ray, visitor);
     }
 }
 

@@ -111,11 +111,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     let tables = SamplerTables::new(n_emitted, max_depth, seed ^ PHOTON_SEED);
     let tracer =
         PhotonTracer::<CUTOUTS, M>::new(&emitter, prepared, &blame, request, kept, &tables);
-    let answerer = RayTracer::<CUTOUTS> {
-        geometry,
-        textures,
-        blame: &blame,
-    };
+    let answerer = RayTracer::<CUTOUTS>::of(prepared, &blame);
     let workforce = Workforce { n_threads, shading };
     let left = follow_all(tracer, n_emitted, &answerer, workforce)
         .map_err(|error| RenderError::of_run(error, &blame, geometry))?;
