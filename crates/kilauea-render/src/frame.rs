@@ -30,6 +30,7 @@ use crate::samples::PixelSampler;
 use crate::set::{SetParts, Traffic};
 use crate::shades::Shades;
 use crate::stats::{CausticStats, GatherStats};
+use crate::units::UnitSource;
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
 pub(crate) struct Frame {
@@ -42,6 +43,8 @@ pub(crate) struct Frame {
     pub(crate) camera: RayGenerator,
     pub(crate) sampler: SamplerTables,
     pub(crate) passes: Passes,
+    /// Where work comes from that others hand out; none where all of the frame is done here.
+    pub(crate) units: Option<Arc<dyn UnitSource>>,
     pub(crate) n_threads: usize,
     pub(crate) n_pixels: u64,
     pub(crate) pixels_sampled: AtomicU64,
@@ -195,6 +198,10 @@ impl Frame {
         for pass in 0..self.passes.n_passes() {
             if self.is_over() || self.is_late() {
                 break;
+            }
+            // Others may have finished the pass before this frame began.
+            if !self.has_work(&(pass..pass + 1)) {
+                continue;
             }
             let photons = plan.trace(self, pass)?;
             let merging = integrator.merging_by(photons.merge(self));

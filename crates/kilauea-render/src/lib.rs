@@ -1,12 +1,15 @@
 //! Rendering: prepares a scene, traces paths on engine threads, and returns a film.
 //!
-//! [`PreparedScene`] holds all that is computed once; [`RenderJob`] is one frame of it.
+//! [`PreparedScene`] holds all that is computed once; [`RenderJob`] is one frame of it. Where several
+//! processes render a frame, each is a [`RenderJob`] that takes [`Unit`]s from a [`UnitSource`], and a
+//! [`CollectedFrame`] puts their results together.
 
 #![forbid(unsafe_code)]
 
 mod camera;
 mod caustics;
 mod check;
+mod collect;
 mod conditions;
 mod error;
 mod frame;
@@ -21,6 +24,7 @@ mod photon;
 mod plain;
 mod prepared;
 mod program;
+mod report;
 mod sampler;
 mod samples;
 mod set;
@@ -28,7 +32,9 @@ mod shades;
 #[cfg(test)]
 mod statistics;
 mod stats;
+mod units;
 
+pub use collect::CollectedFrame;
 pub use conditions::Conditions;
 pub use error::RenderError;
 pub use geometry::View;
@@ -44,4 +50,7 @@ pub use set::{
     Broadcast, MemberBytes, MemberStats, Packing, PlacementError, RaySample, RayTraffic, Set,
     SetPlan, SetStats,
 };
-pub use stats::{CausticStats, GatherStats, RenderStats, SceneSize, peak_rss_bytes};
+pub use stats::{CausticStats, GatherStats, Rays, RenderStats, SceneSize, peak_rss_bytes};
+pub use units::{
+    Availability, Tally, TileResult, TileStart, Unit, UnitError, UnitOrder, UnitSource,
+};

@@ -33,7 +33,7 @@ pub(crate) fn run_plain<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
         loop {
             let number = next_number.fetch_add(1, Ordering::Relaxed);
             let Some(run) = job.next(number) else { break };
-            job.finish(number, &sample_tile(sampler, tracer, run));
+            job.finish(sample_tile(sampler, tracer, run));
         }
     };
     scope(|threads| {
@@ -50,7 +50,7 @@ pub(crate) fn run_plain<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
     })
 }
 
-/// Takes the samples that a tile's pixels get in a pass.
+/// Takes the samples that a tile's pixels get.
 fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
     sampler: &PixelSampler<'_, CUTOUTS, M, G, X>,
     tracer: &RayTracer<'_, CUTOUTS>,
@@ -58,16 +58,17 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
 ) -> Sampled {
     let PixelSampler { frame, integrator } = sampler;
     let _stop = StopOnPanic(frame);
-    let mut sampled = Sampled::default();
+    let mut sampled = Sampled::new(run);
     let mut trail = G::Trail::default();
-    let mut tile = frame.film.tile(run.tile as usize);
-    for pixel_idx in run.pixels {
+    let tile_idx = sampled.run.tile;
+    let mut tile = frame.film.tile(tile_idx as usize);
+    while let Some(pixel_idx) = sampled.run.pixels.next() {
         if frame.is_over() {
             break;
         }
-        let pixel = sampler.pixel(run.tile, pixel_idx);
+        let pixel = sampler.pixel(tile_idx, pixel_idx);
         integrator.guide.begin(&mut trail, pixel.position);
-        for sample_idx in frame.passes.samples(run.pass) {
+        for sample_idx in frame.passes.samples(&sampled.run.passes) {
             let (ray, start) = sampler.start(&pixel, sample_idx);
             let cx = Answered(tracer);
             let path = integrator.start(ray);
@@ -76,7 +77,8 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
             let mut sample = in_place(path);
             sampler.finish(&start, &mut sample);
             if !tile.add(pixel_idx as usize, &sample) {
-                in_place(sampler.note_fault(&pixel, sample_idx, &cx));
+                let (id, fault) = in_place(sampler.find_fault(&pixel, sample_idx, &cx));
+                sampled.faults.add(id, fault);
             }
         }
         sampled.n_pixels += 1;

@@ -1,15 +1,16 @@
 //! What a render reports: times, rays, memory, and what was skipped.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use kilauea_scene::Scene;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::integrator::RayCounts;
 use crate::set::SetStats;
 
 /// Statistics of one frame, in the form of the stats file.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RenderStats {
     /// Mean over the rendered pixels.
     pub samples_per_pixel: f64,
@@ -18,7 +19,7 @@ pub struct RenderStats {
     /// Samples that were NaN or infinite and taken as black.
     pub invalid_samples: u64,
     /// These samples by the step of their path that was the first to be not finite.
-    pub invalid_samples_by_step: BTreeMap<&'static str, u64>,
+    pub invalid_samples_by_step: BTreeMap<Cow<'static, str>, u64>,
     /// Rays that could not be traced: with a NaN, without a direction, or of an empty range.
     pub invalid_rays: u64,
     /// Seconds.
@@ -41,9 +42,9 @@ pub struct RenderStats {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub set: Option<SetStats>,
     /// Features in use.
-    pub needs: Vec<&'static str>,
+    pub needs: Vec<Cow<'static, str>>,
     /// Features not in use, whose work was skipped.
-    pub skipped: Vec<&'static str>,
+    pub skipped: Vec<Cow<'static, str>>,
     /// Whether every pixel got all of its samples.
     pub is_complete: bool,
     /// Passes over the whole image that were finished.
@@ -53,7 +54,7 @@ pub struct RenderStats {
 }
 
 /// Seconds spent by phase; wall time.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Times {
     /// Trees and lights.
     pub build: f64,
@@ -68,7 +69,7 @@ pub struct Times {
 }
 
 /// Rays by purpose.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Rays {
     /// From the camera.
     pub camera: u64,
@@ -92,7 +93,7 @@ impl From<RayCounts> for Rays {
 }
 
 /// Shades that waited for answers, zeros where none did.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct ShadeStats {
     /// Most shades in flight, in the pass that took most memory.
     pub in_flight_peak: u64,
@@ -106,7 +107,7 @@ pub struct ShadeStats {
 }
 
 /// Bytes held.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Memory {
     /// Highest resident size of the process.
     pub peak_rss: u64,
@@ -127,7 +128,7 @@ pub struct Memory {
 }
 
 /// What final-gather estimation found; zeros where there was none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GatherStats {
     /// Training paths traced.
     pub paths: u64,
@@ -147,7 +148,7 @@ pub struct GatherStats {
 }
 
 /// What photons did for the caustics of a frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CausticStats {
     /// Paths that lights sent out.
     pub emitted: u64,
@@ -171,7 +172,7 @@ pub struct CausticStats {
 }
 
 /// Texture tiles read.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Textures {
     /// Tiles that exist.
     pub tiles_total: u64,
@@ -184,7 +185,7 @@ pub struct Textures {
 }
 
 /// Size of the scene.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct SceneSize {
     /// Triangles, each prototype once.
     pub unique_triangles: u64,

@@ -244,6 +244,12 @@ impl Geometry {
         &self.scene.materials[self.material(at) as usize].path
     }
 
+    /// A primitive in words: its prim and its material.
+    pub fn name(&self, at: PrimitiveRef) -> String {
+        let prim = self.scene.prim_path(self.ids(at).0.cast_unsigned());
+        format!("{prim} of material {}", self.material_path(at))
+    }
+
     /// Corner points of a triangle in engine space, in the chunk's winding, as the shutter opens.
     #[inline]
     pub fn corners(&self, at: PrimitiveRef) -> [Vec3; 3] {

@@ -6,6 +6,7 @@ use kilauea_film::PixelSample;
 use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_spot::{Context, Program};
 use kilauea_texture::TextureStore;
+use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
 use std::pin::pin;
 
@@ -60,7 +61,7 @@ pub(crate) struct PathIntegrator<
 }
 
 /// Rays traced, by purpose.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RayCounts {
     /// From the camera.
     pub camera: u64,

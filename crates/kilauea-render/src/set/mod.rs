@@ -42,7 +42,7 @@ pub struct Set {
 }
 
 /// Bytes that a member of a set holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct MemberBytes {
     /// Chunks.
     pub scene: u64,

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use kilauea_accel::Ray;
 use kilauea_math::hash::combine;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::ask::Whom;
 use super::{MemberBytes, Set};
@@ -44,10 +44,10 @@ pub(crate) struct Traffic {
 const MAX_SAMPLES: usize = 100_000;
 
 /// A ray, and what it may meet.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RaySample {
     /// As in [`RayTraffic`].
-    pub kind: &'static str,
+    pub kind: String,
     /// Numbers of what is placed together and has boxes that the ray pierced.
     pub boxes: Vec<u32>,
 }
@@ -62,7 +62,7 @@ struct KindCounters {
 }
 
 /// A frame over a set.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SetStats {
     /// Rays asked in batches, by what they are for. None where threads ask one by one.
     pub rays: Vec<RayTraffic>,
@@ -77,10 +77,10 @@ pub struct SetStats {
 }
 
 /// Rays of one kind.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RayTraffic {
     /// `camera`, `indirect` or `shadow`.
-    pub kind: &'static str,
+    pub kind: String,
     /// Rays.
     pub rays: u64,
     /// Members asked, for all of them.
@@ -94,7 +94,7 @@ pub struct RayTraffic {
 }
 
 /// A member of a set.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MemberStats {
     /// What it holds.
     pub bytes: MemberBytes,
@@ -130,7 +130,7 @@ impl Traffic {
     pub(super) fn add_sample(&self, kind: RayKind, boxes: Vec<u32>) {
         let mut samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
         if samples.len() < MAX_SAMPLES {
-            let kind = kind.name();
+            let kind = kind.name().to_owned();
             samples.push(RaySample { kind, boxes });
         }
     }
@@ -153,7 +153,7 @@ impl Traffic {
         SetStats {
             rays: kinds
                 .map(|(kind, counters)| RayTraffic {
-                    kind: kind.name(),
+                    kind: kind.name().to_owned(),
                     rays: get(&counters.rays),
                     asked: get(&counters.asked),
                     met: get(&counters.met),
