@@ -20,6 +20,7 @@ use crate::integrator::{
     RayCounts, RayTracer, Unguided, Unmerged, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
+use crate::noise::NoiseGate;
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
 use crate::photon::TracedPhotons;
 use crate::plain::run_plain;
@@ -41,6 +42,8 @@ pub(crate) struct Frame {
     pub(crate) camera: RayGenerator,
     pub(crate) sampler: SamplerTables,
     pub(crate) passes: Passes,
+    /// Where sampling stops early; none where all pixels get all samples.
+    pub(crate) noise: Option<NoiseGate>,
     pub(crate) n_threads: usize,
     pub(crate) n_pixels: u64,
     pub(crate) pixels_sampled: AtomicU64,
@@ -286,6 +289,39 @@ impl Frame {
             self.lock_outcome().shades.add(&stats);
         }
         Ok(())
+    }
+
+    /// Whether a pixel, by number within its tile, is clean enough.
+    #[inline]
+    pub(crate) fn is_settled(&self, tile: u32, pixel: u32) -> bool {
+        let is_settled =
+            |noise: &NoiseGate| noise.is_settled(tile, pixel, self.passes.tile_width(tile));
+        self.noise.as_ref().is_some_and(is_settled)
+    }
+
+    /// Notes that some pixels are through a pass, and looks at their tile if they are its last.
+    pub(crate) fn note_done(&self, run: &PixelRun, n_pixels: u32) {
+        self.passes.note_done(run.tile, n_pixels, || {
+            if let Some(noise) = &self.noise {
+                let tile = self.film.tile(run.tile as usize);
+                noise.look(run.tile, &tile, self.passes.samples(run.pass).end);
+            }
+        });
+    }
+
+    /// Pixels that were clean enough before they had all samples.
+    pub(crate) fn n_pixels_stopped(&self) -> u64 {
+        let n_done = self.passes.n_done();
+        if self.noise.is_none() || n_done == 0 {
+            return 0;
+        }
+        let n_samples = self.passes.samples(n_done - 1).end;
+        let of_tile = |idx| {
+            let tile = self.film.tile(idx);
+            let has_fewer = |&pixel: &usize| tile.n_samples(pixel) < n_samples;
+            (0..tile.n_pixels()).filter(has_fewer).count() as u64
+        };
+        (0..self.film.n_tiles()).map(of_tile).sum()
     }
 
     pub(crate) fn is_cancelled(&self) -> bool {

@@ -14,6 +14,7 @@ use crate::conditions::Conditions;
 use crate::frame::Frame;
 use crate::integrator::Blame;
 use crate::needs::SceneNeeds;
+use crate::noise::NoiseGate;
 use crate::passes::{Passes, TILE_SIZE};
 use crate::prepared::PreparedScene;
 use crate::sampler::SamplerTables;
@@ -150,6 +151,7 @@ impl Frame {
             data_window,
             tile_size: TILE_SIZE,
             aovs,
+            tracks_variance: settings.noise.is_some(),
         });
         let n_pixels = (0..2)
             .map(|i| (i64::from(data_window.max[i]) - i64::from(data_window.min[i])) as u64)
@@ -183,6 +185,7 @@ impl Frame {
                 settings.seed,
             ),
             passes: Passes::new(&film, settings.samples_per_pixel),
+            noise: settings.noise.map(|noise| NoiseGate::new(&film, noise)),
             film,
             pixels_sampled: AtomicU64::new(0),
             n_pixels,
@@ -204,6 +207,7 @@ impl Frame {
 
     /// What was rendered, once rendering has stopped.
     fn into_result(self) -> Result<RenderResult, RenderError> {
+        let pixels_stopped = self.n_pixels_stopped();
         let outcome = self
             .outcome
             .into_inner()
@@ -249,6 +253,7 @@ impl Frame {
         let stats = RenderStats {
             samples_per_pixel: samples as f64 / self.n_pixels.max(1) as f64,
             samples,
+            pixels_stopped,
             invalid_samples: self.film.n_invalid(),
             invalid_samples_by_step: outcome.faults.counts(),
             invalid_rays: outcome.counts.invalid,

@@ -65,6 +65,10 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
         if frame.is_over() {
             break;
         }
+        sampled.n_pixels += 1;
+        if frame.is_settled(run.tile, pixel_idx) {
+            continue;
+        }
         let pixel = sampler.pixel(run.tile, pixel_idx);
         integrator.guide.begin(&mut trail, pixel.position);
         for sample_idx in frame.passes.samples(run.pass) {
@@ -79,7 +83,6 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
                 in_place(sampler.note_fault(&pixel, sample_idx, &cx));
             }
         }
-        sampled.n_pixels += 1;
     }
     sampled
 }

@@ -71,6 +71,10 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
                 if frame.is_over() {
                     break;
                 }
+                sampled.n_pixels += 1;
+                if frame.is_settled(run.tile, pixel_idx) {
+                    continue;
+                }
                 let pixel = self.sampler.pixel(run.tile, pixel_idx);
                 integrator.guide.begin(&mut trail, pixel.position);
                 for sample_idx in frame.passes.samples(run.pass) {
@@ -93,7 +97,6 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
                         Box::pin(self.sampler.note_fault(&pixel, sample_idx, &cx)).await;
                     }
                 }
-                sampled.n_pixels += 1;
             }
             sampled
         }
@@ -130,7 +133,7 @@ impl PassesJob<'_> {
         frame.lock_outcome().counts.add(sampled.counts);
         let n_samples = u64::from(sampled.n_pixels) * frame.passes.samples(run.pass).len() as u64;
         frame.pixels_sampled.fetch_add(n_samples, Ordering::Relaxed);
-        frame.passes.note_done(run.tile, sampled.n_pixels);
+        frame.note_done(&run, sampled.n_pixels);
     }
 }
 

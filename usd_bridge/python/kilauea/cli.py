@@ -24,7 +24,7 @@ from kilauea.clock import process_age
 from kilauea.errors import KilaueaError, TimeLimitError, UsageError
 
 _NOT_BUILT_YET = ("worker", "console")
-_FLAGS_NOT_BUILT_YET = ("noise", "denoise")
+_FLAGS_NOT_BUILT_YET = ("denoise",)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
