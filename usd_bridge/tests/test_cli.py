@@ -78,11 +78,13 @@ def test_flags_reach_the_engine(engine, stage, tmp_path, capsys):
     out, stats_file = tmp_path / "a.exr", tmp_path / "a.json"
     flags = ["-r", "40", "20", "-p", "9", "--max-depth", "3", "--seed", "5", "--filter", "box"]
     flags += ["-j", "2", "--aov", "depth", "albedo", "--complexity", "high", "-f", "12"]
+    flags += ["--noise", "0.05"]
     flags += ["--timelimit", "1000", "--shading", "queued", "--shade-memory", "8"]
     assert cli.main(["render", stage, "-o", str(out), "--stats", str(stats_file), *flags]) == 0
     settings = engine.settings[0]
     assert settings["resolution"] == [40, 20]
     assert settings["samples_per_pixel"] == 9
+    assert settings["noise"] == 0.05
     assert settings["max_depth"] == 3
     assert settings["seed"] == 5
     assert settings["filter"] == "box"
@@ -158,6 +160,7 @@ def test_product_name_is_the_default_output(engine, write_stage, tmp_path):
         (["render", "STAGE", "-o", "DIR/a.exr", "-n", "2"], 2, "more than once"),
         (["render", "STAGE", "-o", "DIR/a.exr", "-c", "/None"], 2, "/None"),
         (["render", "STAGE", "-o", "DIR/a.exr", "-p", "0"], 2, "not positive"),
+        (["render", "STAGE", "-o", "DIR/a.exr", "--noise", "0"], 2, "relative error"),
         (["render", "STAGE", "-o", "DIR/a.exr", "--aov", "smell"], 2, "smell"),
         (["render", "STAGE", "-o", "DIR/a.exr", "--workers", "2"], 2, "not built yet"),
         (["render", "STAGE", "-o", "DIR/none/a.exr"], 1, "does not exist"),

@@ -184,6 +184,7 @@ mod tests {
             },
             tile_size: 16,
             aovs,
+            tracks_variance: false,
         });
         for tile_idx in 0..film.n_tiles() {
             let mut tile = film.tile(tile_idx);
@@ -322,6 +323,7 @@ mod tests {
             },
             tile_size: 16,
             aovs: vec![],
+            tracks_variance: false,
         });
         let error = write_exr(&dir.0.join("a.exr"), &empty, &metadata()).unwrap_err();
         assert!(matches!(error, ImageError::Empty), "{error}");

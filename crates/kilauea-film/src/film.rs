@@ -17,6 +17,8 @@ pub struct FilmSettings {
     pub tile_size: u32,
     /// Layers to record besides the beauty; only these take memory.
     pub aovs: Vec<Aov>,
+    /// Whether pixels know their variance even where no layer shows it.
+    pub tracks_variance: bool,
 }
 
 /// The samples of one frame, in tiles that threads fill at the same time.
@@ -32,12 +34,13 @@ impl Film {
     /// An empty film. Its tiles are numbered from the center of the picture outwards.
     pub fn new(settings: FilmSettings) -> Self {
         let mut aovs = settings.aovs;
+        let tracks_variance = settings.tracks_variance || aovs.contains(&Aov::Variance);
         aovs.push(Aov::Beauty);
         aovs.sort_unstable();
         aovs.dedup();
         let tiles = tile_bounds(settings.data_window, settings.tile_size)
             .into_iter()
-            .map(|bounds| Mutex::new(Tile::new(bounds, &aovs)))
+            .map(|bounds| Mutex::new(Tile::new(bounds, &aovs, tracks_variance)))
             .collect();
         Self {
             resolution: settings.resolution,
@@ -195,6 +198,7 @@ mod tests {
             data_window: DataWindow { min, max },
             tile_size: 16,
             aovs: aovs.to_vec(),
+            tracks_variance: false,
         })
     }
 

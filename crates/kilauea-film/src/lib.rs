@@ -10,6 +10,7 @@
 //!     data_window: DataWindow { min: [0, 0], max: [4, 2] },
 //!     tile_size: 16,
 //!     aovs: vec![Aov::Z],
+//!     tracks_variance: false,
 //! });
 //! for tile_idx in 0..film.n_tiles() {
 //!     let mut tile = film.tile(tile_idx);

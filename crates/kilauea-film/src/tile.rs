@@ -42,7 +42,7 @@ struct LayerSlot {
 }
 
 impl Tile {
-    pub(crate) fn new(bounds: DataWindow, aovs: &[Aov]) -> Self {
+    pub(crate) fn new(bounds: DataWindow, aovs: &[Aov], tracks_variance: bool) -> Self {
         let [width, height] = size(bounds);
         let n_pixels = width * height;
         let mut layers = Vec::new();
@@ -67,7 +67,7 @@ impl Tile {
         Self {
             bounds,
             beauty: vec![BeautySum::default(); n_pixels],
-            luminance_m2: if aovs.contains(&Aov::Variance) {
+            luminance_m2: if tracks_variance {
                 vec![0.0; n_pixels]
             } else {
                 Vec::new()
@@ -188,8 +188,17 @@ impl Tile {
         [r, g, b, sum.alpha].map(|total| (total / n) as f32)
     }
 
+    /// Mean luminance of a pixel so far; zero without samples.
+    ///
+    /// # Panics
+    /// If there is no such pixel.
+    pub fn luminance(&self, pixel_idx: usize) -> f32 {
+        let sum = &self.beauty[pixel_idx];
+        (luminance(sum.rgb) / f64::from(sum.n_samples.max(1))) as f32
+    }
+
     /// Estimated variance of a pixel's mean luminance: the sample variance over the number of
-    /// samples. Infinite below two samples, `None` unless the film has [`Aov::Variance`].
+    /// samples. Infinite below two samples, `None` unless the film tracks it.
     ///
     /// # Panics
     /// If there is no such pixel.

@@ -34,6 +34,11 @@ pub(crate) fn check_settings(settings: &RenderSettings) -> Result<(), RenderErro
     {
         return fail("filter_radius", radius.to_string(), "must be positive");
     }
+    if let Some(noise) = settings.noise
+        && !(noise > 0.0 && noise.is_finite())
+    {
+        return fail("noise", noise.to_string(), "must be positive");
+    }
     if let Some(secs) = settings.time_limit_secs
         && !secs.is_finite()
     {
@@ -65,5 +70,7 @@ mod tests {
             .is_err()
         );
         assert!(with(|s| s.filter_radius = Some(f32::NAN)).is_err());
+        assert!(with(|s| s.noise = Some(0.0)).is_err());
+        assert!(with(|s| s.noise = Some(0.01)).is_ok());
     }
 }

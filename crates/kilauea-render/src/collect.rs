@@ -5,6 +5,7 @@ use kilauea_scene::RenderSettings;
 
 use crate::RenderError;
 use crate::job::{RenderResult, empty_film};
+use crate::noise::n_pixels_below;
 use crate::passes::Passes;
 use crate::report::count_warnings;
 use crate::stats::RenderStats;
@@ -16,6 +17,7 @@ pub struct CollectedFrame {
     passes: Passes,
     n_samples_planned: u64,
     n_samples: u64,
+    stops_early: bool,
     tally: Tally,
 }
 
@@ -28,6 +30,7 @@ impl CollectedFrame {
             n_samples_planned: film.n_pixels() * u64::from(settings.samples_per_pixel),
             film,
             n_samples: 0,
+            stops_early: settings.noise.is_some(),
             tally: Tally::default(),
         })
     }
@@ -84,9 +87,15 @@ impl CollectedFrame {
         let Tally { counts, faults } = self.tally;
         let samples = film.n_samples();
         let full_passes = self.passes.n_done();
+        let pixels_stopped = if self.stops_early {
+            n_pixels_below(&film, self.passes.samples(&(0..full_passes)).end)
+        } else {
+            0
+        };
         let mut stats = RenderStats {
             samples_per_pixel: samples as f64 / film.n_pixels().max(1) as f64,
             samples,
+            pixels_stopped,
             invalid_samples: film.n_invalid(),
             invalid_samples_by_step: faults.counts(),
             invalid_rays: report.invalid_rays + counts.invalid,

@@ -20,6 +20,7 @@ use crate::integrator::{
     RayCounts, RayTracer, Unguided, Unmerged, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
+use crate::noise::{NoiseGate, n_pixels_below};
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
 use crate::photon::TracedPhotons;
 use crate::plain::run_plain;
@@ -45,6 +46,8 @@ pub(crate) struct Frame {
     pub(crate) passes: Passes,
     /// Where work comes from that others hand out; none where all of the frame is done here.
     pub(crate) units: Option<Arc<dyn UnitSource>>,
+    /// Where sampling stops early; none where all pixels get all samples.
+    pub(crate) noise: Option<NoiseGate>,
     pub(crate) n_threads: usize,
     pub(crate) n_pixels: u64,
     pub(crate) pixels_sampled: AtomicU64,
@@ -307,6 +310,33 @@ impl Frame {
             self.lock_outcome().shades.add(&stats);
         }
         Ok(())
+    }
+
+    /// Whether a pixel, by number within its tile, is clean enough.
+    #[inline]
+    pub(crate) fn is_settled(&self, tile: u32, pixel: u32) -> bool {
+        let is_settled =
+            |noise: &NoiseGate| noise.is_settled(tile, pixel, self.passes.tile_width(tile));
+        self.noise.as_ref().is_some_and(is_settled)
+    }
+
+    /// Notes that some pixels are through a pass, and looks at their tile if they are its last.
+    pub(crate) fn note_done(&self, run: &PixelRun, n_pixels: u32) {
+        self.passes.note_done(run.tile, n_pixels, || {
+            if let Some(noise) = &self.noise {
+                let tile = self.film.tile(run.tile as usize);
+                noise.look(run.tile, &tile, self.passes.samples(&run.passes).end);
+            }
+        });
+    }
+
+    /// Pixels that were clean enough before they had all samples.
+    pub(crate) fn n_pixels_stopped(&self) -> u64 {
+        let n_done = self.passes.n_done();
+        if self.noise.is_none() || n_done == 0 {
+            return 0;
+        }
+        n_pixels_below(&self.film, self.passes.samples(&(0..n_done)).end)
     }
 
     pub(crate) fn is_cancelled(&self) -> bool {

@@ -14,6 +14,7 @@ use crate::conditions::Conditions;
 use crate::frame::Frame;
 use crate::integrator::Blame;
 use crate::needs::SceneNeeds;
+use crate::noise::NoiseGate;
 use crate::passes::{Passes, TILE_SIZE};
 use crate::prepared::PreparedScene;
 use crate::sampler::SamplerTables;
@@ -149,6 +150,7 @@ pub(crate) fn empty_film(settings: &RenderSettings) -> Result<Film, RenderError>
         data_window,
         tile_size: TILE_SIZE,
         aovs,
+        tracks_variance: settings.noise.is_some(),
     }))
 }
 
@@ -208,6 +210,7 @@ impl Frame {
             ),
             passes: Passes::new(&film, settings.samples_per_pixel),
             n_pixels: film.n_pixels(),
+            noise: settings.noise.map(|noise| NoiseGate::new(&film, noise)),
             film,
             units: None,
             pixels_sampled: AtomicU64::new(0),

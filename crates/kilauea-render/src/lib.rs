@@ -19,6 +19,7 @@ mod integrator;
 mod job;
 mod light;
 mod needs;
+mod noise;
 mod passes;
 mod photon;
 mod plain;

@@ -25,6 +25,8 @@ struct TileProgress {
     bounds: DataWindow,
     /// Sum of the pixels that each pass did.
     pixels_done: AtomicU64,
+    /// The same, as far as others know of it.
+    pixels_told: AtomicU64,
 }
 
 /// Some pixels of a tile in one pass or several: what a root computes.
@@ -41,6 +43,7 @@ impl Passes {
         let tile = |idx| TileProgress {
             bounds: film.tile(idx).bounds(),
             pixels_done: AtomicU64::new(0),
+            pixels_told: AtomicU64::new(0),
         };
         Self {
             starts: pass_starts(samples_per_pixel),
@@ -94,10 +97,22 @@ impl Passes {
         [min[0] + pixel % width, min[1] + pixel / width]
     }
 
-    /// Notes that `n_pixels` pixels of a tile are through a pass.
-    pub(crate) fn note_done(&self, tile: u32, n_pixels: u32) {
-        let done = &self.tiles[tile as usize].pixels_done;
-        done.fetch_add(u64::from(n_pixels), Ordering::Release);
+    /// Width of a tile in pixels.
+    pub(crate) fn tile_width(&self, tile: u32) -> u32 {
+        let DataWindow { min, max } = self.tiles[tile as usize].bounds;
+        (max[0] - min[0]) as u32
+    }
+
+    /// Notes that `n_pixels` pixels of a tile are through a pass. If they are its last, `at_end` is
+    /// called before others know of it.
+    pub(crate) fn note_done(&self, tile: u32, n_pixels: u32, at_end: impl FnOnce()) {
+        let tile = &self.tiles[tile as usize];
+        let n_new = u64::from(n_pixels);
+        let n_done = tile.pixels_done.fetch_add(n_new, Ordering::AcqRel) + n_new;
+        if n_new > 0 && n_done.is_multiple_of(u64::from(tile.n_pixels())) {
+            at_end();
+        }
+        tile.pixels_told.fetch_add(n_new, Ordering::Release);
     }
 
     /// Notes that a tile is through that many passes, and through no more.
@@ -105,6 +120,7 @@ impl Passes {
         let tile = &self.tiles[tile as usize];
         let n_pixels = u64::from(tile.n_pixels()) * u64::from(n_passes);
         tile.pixels_done.store(n_pixels, Ordering::Release);
+        tile.pixels_told.store(n_pixels, Ordering::Release);
     }
 
     /// Passes over a tile that are done.
@@ -156,7 +172,7 @@ impl TileProgress {
     }
 
     fn passes_done(&self) -> u32 {
-        (self.pixels_done.load(Ordering::Acquire) / u64::from(self.n_pixels())) as u32
+        (self.pixels_told.load(Ordering::Acquire) / u64::from(self.n_pixels())) as u32
     }
 }
 
@@ -194,6 +210,7 @@ mod tests {
             },
             tile_size: TILE_SIZE,
             aovs: Vec::new(),
+            tracks_variance: false,
         })
     }
 
@@ -221,13 +238,14 @@ mod tests {
         let n_pixels = |tile: u32| film.tile(tile as usize).n_pixels() as u32;
         let n_tiles = film.n_tiles() as u32;
         for tile in 1..n_tiles {
-            passes.note_done(tile, n_pixels(tile));
+            passes.note_done(tile, n_pixels(tile), || ());
         }
-        passes.note_done(0, n_pixels(0) - 1);
+        let mut is_over = false;
+        passes.note_done(0, n_pixels(0) - 1, || is_over = true);
         assert!(!passes.is_turn_of(1, 0) && passes.is_turn_of(1, 1));
-        assert_eq!(passes.n_done(), 0);
-        passes.note_done(0, 1);
+        assert!(!is_over && passes.n_done() == 0);
+        passes.note_done(0, 1, || is_over = true);
         assert!(passes.is_turn_of(1, 0) && !passes.is_turn_of(2, 0));
-        assert_eq!(passes.n_done(), 1);
+        assert!(is_over && passes.n_done() == 1);
     }
 }

@@ -62,9 +62,13 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
     let mut trail = G::Trail::default();
     let tile_idx = sampled.run.tile;
     let mut tile = frame.film.tile(tile_idx as usize);
-    while let Some(pixel_idx) = sampled.run.pixels.next() {
+    for pixel_idx in sampled.run.pixels.by_ref() {
         if frame.is_over() {
             break;
+        }
+        sampled.n_pixels += 1;
+        if frame.is_settled(tile_idx, pixel_idx) {
+            continue;
         }
         let pixel = sampler.pixel(tile_idx, pixel_idx);
         integrator.guide.begin(&mut trail, pixel.position);
@@ -81,7 +85,6 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
                 sampled.faults.add(id, fault);
             }
         }
-        sampled.n_pixels += 1;
     }
     sampled
 }

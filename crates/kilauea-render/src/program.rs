@@ -80,9 +80,13 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
             let film = &frame.film;
             // Code that waits must not keep others from the tile.
             let mut held_tile = (!C::WAITS).then(|| film.tile(sampled.run.tile as usize));
-            while let Some(pixel_idx) = sampled.run.pixels.next() {
+            for pixel_idx in sampled.run.pixels.by_ref() {
                 if frame.is_over() {
                     break;
+                }
+                sampled.n_pixels += 1;
+                if frame.is_settled(sampled.run.tile, pixel_idx) {
+                    continue;
                 }
                 let pixel = self.sampler.pixel(sampled.run.tile, pixel_idx);
                 integrator.guide.begin(&mut trail, pixel.position);
@@ -108,7 +112,6 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
                         sampled.faults.add(id, fault);
                     }
                 }
-                sampled.n_pixels += 1;
             }
             sampled
         }
@@ -145,11 +148,11 @@ impl PassesJob<'_> {
     /// Notes that pixels have been sampled.
     pub(crate) fn finish(&self, sampled: Sampled) {
         let frame = self.frame;
-        let PixelRun { tile, passes, .. } = &sampled.run;
+        let PixelRun { passes, .. } = &sampled.run;
         let n_samples = u64::from(sampled.n_pixels) * frame.passes.samples(passes).len() as u64;
         frame.pixels_sampled.fetch_add(n_samples, Ordering::Relaxed);
         let n_passes = passes.len() as u32;
-        frame.passes.note_done(*tile, sampled.n_pixels * n_passes);
+        frame.note_done(&sampled.run, sampled.n_pixels * n_passes);
         if let Some(source) = &frame.units {
             frame.end_unit(&**source, sampled);
         } else {

@@ -14,6 +14,7 @@ use crate::stats::{Memory, Rays, RenderStats, SceneSize, Textures, Times, peak_r
 impl Frame {
     /// What was rendered, once rendering has stopped.
     pub(crate) fn into_result(self) -> Result<RenderResult, RenderError> {
+        let pixels_stopped = self.n_pixels_stopped();
         let outcome = self
             .outcome
             .into_inner()
@@ -45,6 +46,7 @@ impl Frame {
         let stats = RenderStats {
             samples_per_pixel: samples as f64 / self.n_pixels.max(1) as f64,
             samples,
+            pixels_stopped,
             invalid_samples: self.film.n_invalid(),
             invalid_samples_by_step: outcome.faults.counts(),
             invalid_rays: outcome.counts.invalid,

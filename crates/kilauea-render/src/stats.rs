@@ -16,6 +16,8 @@ pub struct RenderStats {
     pub samples_per_pixel: f64,
     /// Samples in all pixels.
     pub samples: u64,
+    /// Pixels that got fewer samples than others, as they were clean enough.
+    pub pixels_stopped: u64,
     /// Samples that were NaN or infinite and taken as black.
     pub invalid_samples: u64,
     /// These samples by the step of their path that was the first to be not finite.
@@ -45,7 +47,7 @@ pub struct RenderStats {
     pub needs: Vec<Cow<'static, str>>,
     /// Features not in use, whose work was skipped.
     pub skipped: Vec<Cow<'static, str>>,
-    /// Whether every pixel got all of its samples.
+    /// Whether every pixel got all of its samples, or was clean enough before.
     pub is_complete: bool,
     /// Passes over the whole image that were finished.
     pub full_passes: u32,

@@ -10,7 +10,7 @@ use crate::integrator::{Faults, RayCounts};
 use crate::passes::PixelRun;
 use crate::program::Sampled;
 
-/// Some passes over a tile. What comes of it follows from the scene, the settings and the sums of the
+/// Some passes over a tile; one where sampling stops early, as that is decided after each. What comes of it follows from the scene, the settings and the sums of the
 /// tile after the passes before, and from nothing else.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Unit {
@@ -169,6 +169,10 @@ impl Frame {
             TileStart::Sums(sums) => tile.set_sums(sums)?,
         }
         self.passes.set_done(unit.tile, unit.passes.start);
+        if let Some(noise) = &self.noise {
+            let n_samples = self.passes.samples(&(0..unit.passes.start)).end;
+            noise.look(unit.tile, &tile, n_samples);
+        }
         Ok(())
     }
 

@@ -12,8 +12,12 @@ pub struct RenderSettings {
     pub pixel_aspect_ratio: f32,
     /// Pixels to render; the whole display window when absent.
     pub data_window: Option<DataWindow>,
-    /// Samples in every pixel.
+    /// Samples in every pixel, or at most where `noise` is set.
     pub samples_per_pixel: u32,
+    /// Relative error, as the root of relMSE, below which parts of the picture get no more samples;
+    /// none where all get all.
+    #[serde(default)]
+    pub noise: Option<f32>,
     /// Bounces after the camera ray; 0 is emission alone.
     pub max_depth: u32,
     /// How paths find light.
@@ -58,6 +62,7 @@ impl Default for RenderSettings {
             pixel_aspect_ratio: 1.0,
             data_window: None,
             samples_per_pixel: 64,
+            noise: None,
             max_depth: 16,
             integrator: Integrator::default(),
             gi: GlobalIllumination::default(),

@@ -113,7 +113,7 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("--fps", type=float, help="frames per second, for the header")
     add("-p", "--pixel-samples", type=positive, metavar="SAMPLES", help="samples per pixel")
     add("--timelimit", type=_seconds, metavar="SECONDS", help="for the whole command")
-    add("--noise", type=float, metavar="THRESHOLD", help="stop where the image is this clean")
+    add("--noise", type=_noise, metavar="THRESHOLD", help="stop where the image is this clean")
     add("--seed", type=int)
     add("--integrator", choices=BUILT_INTEGRATORS, help="path by default")
     add("--gi", choices=("exact", "consistent"), help="exact by default")
@@ -197,6 +197,13 @@ def _seconds(text: str) -> float:
     value = float(text)
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text} is not a time in seconds")
+    return value
+
+
+def _noise(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} is not a relative error above zero")
     return value
 
 

@@ -21,7 +21,7 @@ from kilauea.arguments import (
 from kilauea.errors import KilaueaError, UsageError
 
 _NOT_BUILT_YET = ("worker",)
-_FLAGS_NOT_BUILT_YET = ("noise", "denoise")
+_FLAGS_NOT_BUILT_YET = ("denoise",)
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -22,6 +22,7 @@ DEFAULTS: dict[str, Any] = {
     "pixel_aspect_ratio": 1.0,
     "data_window": None,
     "samples_per_pixel": 64,
+    "noise": None,
     "max_depth": 16,
     "integrator": "path",
     "gi": "exact",

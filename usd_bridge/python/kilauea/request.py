@@ -109,6 +109,7 @@ def engine_settings(args: argparse.Namespace) -> dict[str, Any]:
     """Return the RenderSettings fields that the command line sets."""
     settings: dict[str, Any] = {
         "samples_per_pixel": args.pixel_samples,
+        "noise": args.noise,
         "max_depth": args.max_depth,
         "integrator": args.integrator,
         "gi": args.gi,

@@ -130,7 +130,7 @@ mod tests {
             min: [-1, 2],
             max: [4, 5],
         };
-        Tile::new(bounds, aovs)
+        Tile::new(bounds, aovs, aovs.contains(&Aov::Variance))
     }
 
     /// Adds samples with those numbers to each pixel.

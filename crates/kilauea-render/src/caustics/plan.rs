@@ -1,5 +1,6 @@
 //! What photons of a frame are traced.
 
+use kilauea_math::hash::combine;
 use kilauea_photon::ProgressiveRadius;
 use kilauea_scene::RenderSettings;
 
@@ -8,7 +9,7 @@ use crate::RenderError;
 use crate::frame::Frame;
 use crate::light::Emitter;
 use crate::needs::moves;
-use crate::photon::{IMPORTON_BLOCK, N_PILOT, PhotonRequest, Pilot, caustic_photons, pilot};
+use crate::photon::{IMPORTON_BLOCK, N_PILOT, PhotonRequest, Pilot, pilot, trace_caustic_photons};
 
 /// How a frame's caustics are found by photons.
 pub(crate) struct CausticPlan<'a> {
@@ -23,6 +24,8 @@ pub(crate) struct CausticPlan<'a> {
 
 /// Paths that lights send out for each sample of a pixel: measured, see decision 022.
 const EMITTED_PER_PIXEL: u32 = 1;
+/// Apart from the numbers of all samples, whose photons have seeds by them.
+const AIMED_PILOT: u32 = u32::MAX;
 
 impl<'a> CausticPlan<'a> {
     /// The plan for a frame; none where photons do not pay, for a reason that is in the frame's
@@ -55,16 +58,6 @@ impl<'a> CausticPlan<'a> {
         if prepared.scene.prototypes.iter().any(moves) {
             return skip("something moves while the shutter is open");
         }
-        let n_per_sample = n_per_sample(settings);
-        let plan = |first_radius| Self {
-            emitter,
-            n_per_sample,
-            first_radius,
-            max_specular: settings.max_depth.div_ceil(2),
-        };
-        if let Some(radius) = settings.photons.radius {
-            return Ok(Ok(plan(radius)));
-        }
         let request = pilot_request(settings, frame.n_threads);
         let Pilot {
             importons,
@@ -72,12 +65,37 @@ impl<'a> CausticPlan<'a> {
             benefit,
         } = pilot(prepared, settings.resolution, &request)?;
         frame.lock_outcome().add_photons(&traced);
-        if let Some(reason) = benefit.why_no_caustics() {
+        if settings.photons.radius.is_none()
+            && let Some(reason) = benefit.why_no_caustics()
+        {
             return Ok(Err(vec![reason]));
         }
-        let photons = caustic_photons(&traced.photons);
-        match first_radius(&importons, &photons, N_PILOT, n_per_sample, IMPORTON_BLOCK) {
-            Some(radius) => Ok(Ok(plan(radius))),
+        let mut plan = Self {
+            emitter: emitter.aimed_by(&traced.caustic_rays),
+            n_per_sample: n_per_sample(settings),
+            first_radius: 0.0,
+            max_specular: settings.max_depth.div_ceil(2),
+        };
+        if let Some(radius) = settings.photons.radius {
+            return Ok(Ok(Self {
+                first_radius: radius,
+                ..plan
+            }));
+        }
+        // As dense as the photons of a pass are going to be.
+        let request = PhotonRequest {
+            max_depth: plan.max_specular + 1,
+            seed: combine(settings.seed, AIMED_PILOT),
+            ..request
+        };
+        let aimed = trace_caustic_photons(prepared, &plan.emitter, &request)?;
+        frame.lock_outcome().add_photons(&aimed);
+        let (photons, n_per_sample) = (&aimed.photons, plan.n_per_sample);
+        match first_radius(&importons, photons, N_PILOT, n_per_sample, IMPORTON_BLOCK) {
+            Some(radius) => {
+                plan.first_radius = radius;
+                Ok(Ok(plan))
+            }
             None => skip("too few arrive where they are seen"),
         }
     }

@@ -31,14 +31,14 @@ impl AreaLight {
         }
     }
 
-    /// A ray that leaves the light; none where the light does not shine.
+    /// A ray that leaves the light along the unit vector `dir`, which was chosen with the density
+    /// `pdf_direction`; none where the light does not shine.
     pub(super) fn emit(
         &self,
-        u_direction: Vec2,
+        (dir, pdf_direction): (Vec3, f32),
         u_point: Vec2,
         textures: &TextureStore,
     ) -> Option<LightRay> {
-        let (dir, pdf_direction) = self.emission_cone().sample(u_direction);
         let cross_section = self.cross_section(dir)?;
         let p_unit = self.shape.emission_point(self.unit_direction(dir), u_point);
         Some(LightRay {

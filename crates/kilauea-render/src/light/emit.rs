@@ -10,6 +10,7 @@ use kilauea_accel::{Ray, Visibility};
 use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_texture::TextureStore;
 
+use super::aim::{CausticRay, Target, choice_by_caustics};
 use super::light_choice::LightChoice;
 use super::lit_box::LitBox;
 use super::{InfiniteLight, Lights, Receiver};
@@ -24,7 +25,8 @@ pub(super) struct LightRay {
     pub(super) dir: Vec3,
     /// Radiance along it.
     pub(super) radiance: Spectrum,
-    /// Area perpendicular to the direction, over which rays start evenly.
+    /// Area perpendicular to the direction, over which rays start evenly; of light from infinity that
+    /// is aimed, one over their density there.
     pub(super) cross_section: f32,
     /// Density of the direction per solid angle.
     pub(super) pdf_direction: f32,
@@ -74,6 +76,8 @@ pub(crate) struct Emitter<'a> {
     /// None where there is nothing to shine on.
     pub(super) lit: Option<LitBox>,
     pub(super) choice: LightChoice,
+    /// By source: area lights, emissive meshes, lights at infinity. Empty where nothing is aimed.
+    targets: Vec<Target>,
 }
 
 impl<'a> Emitter<'a> {
@@ -102,7 +106,46 @@ impl<'a> Emitter<'a> {
             geometry,
             textures,
             lit,
+            targets: Vec::new(),
         }
+    }
+
+    /// The same, with a share of the light aimed at what the light of earlier caustic photons met.
+    pub(crate) fn aimed_by(self, rays: &[CausticRay]) -> Self {
+        let n_finite = self.sources().count();
+        let n_sources = n_finite + self.lights.infinite.len();
+        let n_lights = self.lights.len() as u32;
+        let mut by_source = vec![Vec::new(); n_sources];
+        for ray in rays {
+            by_source[self.source(ray.light)].push(*ray);
+        }
+        let target = |(source, rays): (usize, &Vec<_>)| Target::of(rays, source >= n_finite);
+        let source = |light| self.source(light);
+        Self {
+            choice: choice_by_caustics(&self.choice, n_lights, n_sources, source, rays),
+            targets: by_source.iter().enumerate().map(target).collect(),
+            ..self
+        }
+    }
+
+    /// Number of the source that a light belongs to, as `targets` has them.
+    fn source(&self, light: u32) -> usize {
+        let lights = self.lights;
+        let n_area = lights.area.len();
+        let n_mesh = lights.mesh.len();
+        match (light as usize).checked_sub(n_area + n_mesh) {
+            Some(idx) => n_area + lights.mesh.groups.len() + idx,
+            None if (light as usize) < n_area => light as usize,
+            None => n_area + lights.mesh.group_of(light) as usize,
+        }
+    }
+
+    /// What a light is aimed at.
+    pub(super) fn target(&self, light: u32) -> &Target {
+        if self.targets.is_empty() {
+            return &Target::Anywhere;
+        }
+        &self.targets[self.source(light)]
     }
 
     /// Points before all finite sources of light: area lights, then emissive meshes.
@@ -169,7 +212,13 @@ impl<'a> Emitter<'a> {
         } = *self;
         let n_area = lights.area.len() as u32;
         if let Some(area) = lights.area.get(light as usize) {
-            let chosen = area.emit(u_direction, u_point, textures)?;
+            let cone = area.emission_cone();
+            let direction = self.target(light).direction(
+                u_direction,
+                |u| cone.sample(u).0,
+                |dir| cone.pdf(dir),
+            );
+            let chosen = area.emit(direction, u_point, textures)?;
             return Some(Leaving {
                 ray: chosen.ray(),
                 chosen,
@@ -179,8 +228,14 @@ impl<'a> Emitter<'a> {
         }
         if light < n_area + lights.mesh.len() as u32 {
             let mesh = &lights.mesh;
-            let (chosen, interaction) =
-                mesh.emit(light, u_direction, u_point, geometry, textures)?;
+            let (chosen, interaction) = mesh.emit(
+                light,
+                self.target(light),
+                u_direction,
+                u_point,
+                geometry,
+                textures,
+            )?;
             return Some(Leaving {
                 ray: interaction.spawn_ray(chosen.dir, f32::INFINITY, VISIBILITY),
                 chosen,
@@ -201,12 +256,13 @@ impl<'a> Emitter<'a> {
                 (sample, [l.diffuse, l.specular])
             }
         };
-        let (lit, dir) = (self.lit?, -sample.wi);
+        let dir = -sample.wi;
+        let (p, per_area) = self.target(light).entry(&self.lit?, dir, u_point);
         let chosen = LightRay {
-            p: lit.entry(dir, u_point),
+            p,
             dir,
             radiance: sample.radiance,
-            cross_section: lit.cross_section(dir),
+            cross_section: 1.0 / per_area,
             pdf_direction: sample.pdf,
             is_delta: sample.is_delta,
             clearance: 0.0,

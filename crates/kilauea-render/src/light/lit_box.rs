@@ -57,6 +57,23 @@ impl LitBox {
         min + weights * (max - min)
     }
 
+    /// Where the line through a point in the box along the unit vector `dir` enters it.
+    pub(super) fn entry_of(&self, p: Vec3, dir: Vec3) -> Vec3 {
+        p + self.overlap(p, dir)[0] * dir
+    }
+
+    /// Whether the line through `p` along the unit vector `dir` meets the box.
+    pub(super) fn is_met(&self, p: Vec3, dir: Vec3) -> bool {
+        let [t_in, t_out] = self.overlap(p, dir);
+        t_in <= t_out
+    }
+
+    /// The distances from `p` at which a line is in all slabs; the wrong way round if in none.
+    fn overlap(&self, p: Vec3, dir: Vec3) -> [f32; 2] {
+        let (a, b) = ((self.bounds.min - p) / dir, (self.bounds.max - p) / dir);
+        [a.min(b).max_element(), a.max(b).min_element()]
+    }
+
     /// Areas of the shadows of the three faces that look against `dir`, by the axis that they are
     /// perpendicular to.
     fn face_shadows(&self, dir: Vec3) -> Vec3 {

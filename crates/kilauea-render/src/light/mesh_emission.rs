@@ -4,15 +4,18 @@ use kilauea_math::{Frame, Vec2, Vec3, warp};
 use kilauea_texture::TextureStore;
 use std::f32::consts::PI;
 
+use super::aim::Target;
 use super::emit::LightRay;
 use super::mesh::MeshLights;
 use crate::geometry::{Geometry, Interaction, View};
 
 impl MeshLights {
-    /// A ray that leaves a triangle to either side; none where it has no area.
+    /// A ray that leaves a triangle to either side, along a direction that `target` may choose; none
+    /// where it has no area.
     pub(super) fn emit<'a>(
         &self,
         light: u32,
+        target: &Target,
         u_direction: Vec2,
         u_point: Vec2,
         geometry: &'a Geometry,
@@ -22,14 +25,11 @@ impl MeshLights {
         let [a, b, c] = geometry.corners(at);
         let area_vector = 0.5 * (b - a).cross(c - a);
         let normal = area_vector.try_normalize()?;
-        // The first number chooses the side, and what it leaves the direction.
-        let (side, u_x) = if u_direction.x < 0.5 {
-            (1.0, 2.0 * u_direction.x)
-        } else {
-            (-1.0, 2.0 * u_direction.x - 1.0)
-        };
-        let local = warp::cosine_hemisphere(Vec2::new(u_x, u_direction.y));
-        let dir = Frame::from_z(side * normal).from_local(local);
+        let (dir, pdf_direction) = target.direction(
+            u_direction,
+            |u| cosine_to_either_side(normal, u),
+            |dir| cosine_to_either_side_pdf(normal, dir),
+        );
 
         let weights = warp::uniform_triangle(u_point);
         let view = View {
@@ -49,7 +49,7 @@ impl MeshLights {
             dir,
             radiance,
             cross_section: area_vector.dot(dir).abs(),
-            pdf_direction: 0.5 * warp::cosine_hemisphere_pdf(local.z),
+            pdf_direction,
             is_delta: false,
             clearance: 0.0,
         };
@@ -82,4 +82,20 @@ impl MeshLights {
         // Both sides shine.
         self.light_bounds(geometry).map(|b| 2.0 * PI * b.power)
     }
+}
+
+/// A unit direction; the first number chooses the side, and what it leaves the direction.
+fn cosine_to_either_side(normal: Vec3, u: Vec2) -> Vec3 {
+    let (side, u_x) = if u.x < 0.5 {
+        (1.0, 2.0 * u.x)
+    } else {
+        (-1.0, 2.0 * u.x - 1.0)
+    };
+    let local = warp::cosine_hemisphere(Vec2::new(u_x, u.y));
+    Frame::from_z(side * normal).from_local(local)
+}
+
+/// The density with which a triangle with the unit normal `normal` emits along `dir`.
+pub(super) fn cosine_to_either_side_pdf(normal: Vec3, dir: Vec3) -> f32 {
+    0.5 * warp::cosine_hemisphere_pdf(normal.dot(dir).abs())
 }

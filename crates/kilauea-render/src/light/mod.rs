@@ -1,5 +1,6 @@
 //! Light sources: sampling toward them, meeting them, and choosing among them.
 
+mod aim;
 mod area;
 mod area_bvh;
 mod area_emission;
@@ -25,6 +26,7 @@ use kilauea_texture::TextureStore;
 use std::f32::consts::PI;
 
 use crate::geometry::{Geometry, Interaction};
+pub(crate) use aim::CausticRay;
 use area::{AreaHit, AreaLight};
 use area_bvh::AreaBvh;
 use distant::DistantLight;

@@ -116,12 +116,6 @@ impl LightShares {
     }
 }
 
-/// Those photons that came over specular surfaces alone.
-pub(crate) fn caustic_photons(photons: &[Photon]) -> Vec<Photon> {
-    let is_caustic = |photon: &&Photon| Kind::of(photon) == Kind::Caustic;
-    photons.iter().filter(is_caustic).copied().collect()
-}
-
 /// What a photon has seen before.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {

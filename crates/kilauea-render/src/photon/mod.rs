@@ -23,7 +23,7 @@ mod tracer;
 
 use kilauea_bsdf::SeenBsdf;
 
-pub(crate) use benefit::{IMPORTON_BLOCK, N_PILOT, Pilot, caustic_photons, pilot};
+pub(crate) use benefit::{IMPORTON_BLOCK, N_PILOT, Pilot, pilot};
 pub use benefit::{LightShares, PhotonBenefit, photon_benefit};
 pub use counts::PhotonCounts;
 pub use importon::{Importon, ImportonRequest, trace_importons};

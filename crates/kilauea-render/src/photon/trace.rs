@@ -8,7 +8,7 @@ use super::follow::{Workforce, follow_all};
 use super::tracer::PhotonTracer;
 use crate::RenderError;
 use crate::integrator::{Air, Blame, Media, MediumStack, RayTracer};
-use crate::light::Emitter;
+use crate::light::{CausticRay, Emitter};
 use crate::prepared::PreparedScene;
 use crate::sampler::SamplerTables;
 
@@ -43,6 +43,8 @@ pub struct TracedPhotons {
     pub counts: PhotonCounts,
     /// How long that took.
     pub seconds: f64,
+    /// How the light of the caustic ones left, where all were kept.
+    pub(crate) caustic_rays: Vec<CausticRay>,
 }
 
 /// Traces the photons of a scene. Their powers are divided by the number of paths emitted.
@@ -56,46 +58,45 @@ pub fn trace_photons(
     prepared: &PreparedScene,
     request: &PhotonRequest,
 ) -> Result<TracedPhotons, RenderError> {
-    trace_kept(prepared, request, Kept::All)
+    let emitter = Emitter::new(&prepared.lights, &prepared.geometry, &prepared.textures);
+    trace_kept(prepared, &emitter, request, Kept::All)
 }
 
-/// Traces those photons alone that come over specular surfaces alone: the others of
-/// [`trace_photons`] are left out.
+/// Traces those photons alone that come over specular surfaces alone, from lights that may be aimed:
+/// others are left out.
 pub(crate) fn trace_caustic_photons(
     prepared: &PreparedScene,
+    emitter: &Emitter<'_>,
     request: &PhotonRequest,
 ) -> Result<TracedPhotons, RenderError> {
-    trace_kept(prepared, request, Kept::Caustic)
+    trace_kept(prepared, emitter, request, Kept::Caustic)
 }
 
 fn trace_kept(
     prepared: &PreparedScene,
+    emitter: &Emitter<'_>,
     request: &PhotonRequest,
     kept: Kept,
 ) -> Result<TracedPhotons, RenderError> {
     let needs = &prepared.needs;
     match (needs.media, needs.cutouts || needs.nested_media) {
-        (false, false) => trace::<false, Air>(prepared, request, kept),
-        (false, true) => trace::<true, Air>(prepared, request, kept),
-        (true, false) => trace::<false, MediumStack>(prepared, request, kept),
-        (true, true) => trace::<true, MediumStack>(prepared, request, kept),
+        (false, false) => trace::<false, Air>(prepared, emitter, request, kept),
+        (false, true) => trace::<true, Air>(prepared, emitter, request, kept),
+        (true, false) => trace::<false, MediumStack>(prepared, emitter, request, kept),
+        (true, true) => trace::<true, MediumStack>(prepared, emitter, request, kept),
     }
 }
 
 fn trace<const CUTOUTS: bool, M: Media>(
     prepared: &PreparedScene,
+    emitter: &Emitter<'_>,
     request: &PhotonRequest,
     kept: Kept,
 ) -> Result<TracedPhotons, RenderError> {
     /// Keeps the numbers of photons apart from those of camera paths.
     const PHOTON_SEED: u32 = 0x5bf0_3635;
     let start = Instant::now();
-    let PreparedScene {
-        geometry,
-        lights,
-        textures,
-        ..
-    } = prepared;
+    let PreparedScene { geometry, .. } = prepared;
     let &PhotonRequest {
         n_emitted,
         max_depth,
@@ -103,14 +104,12 @@ fn trace<const CUTOUTS: bool, M: Media>(
         n_threads,
         shading,
     } = request;
-    let emitter = Emitter::new(lights, geometry, textures);
     if emitter.is_empty() || n_emitted == 0 {
         return Ok(TracedPhotons::default());
     }
     let blame = Blame::default();
     let tables = SamplerTables::new(n_emitted, max_depth, seed ^ PHOTON_SEED);
-    let tracer =
-        PhotonTracer::<CUTOUTS, M>::new(&emitter, prepared, &blame, request, kept, &tables);
+    let tracer = PhotonTracer::<CUTOUTS, M>::new(emitter, prepared, &blame, request, kept, &tables);
     let answerer = RayTracer::<CUTOUTS>::of(prepared, &blame);
     let workforce = Workforce { n_threads, shading };
     let left = follow_all(tracer, n_emitted, &answerer, workforce)
@@ -122,6 +121,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     for left in left {
         traced.counts.add(&left.counts);
         traced.photons.extend(left.photons);
+        traced.caustic_rays.extend(left.caustic_rays);
     }
     traced.seconds = start.elapsed().as_secs_f64();
     Ok(traced)

@@ -1,6 +1,6 @@
 use kilauea_bsdf::{Bsdf, SeenBsdf};
-use kilauea_math::Spectrum;
 use kilauea_math::hash::unit_f32;
+use kilauea_math::{Spectrum, Vec3};
 use kilauea_photon::{LightSubpath, Photon, PhotonClass};
 use kilauea_spot::{Context, Program};
 
@@ -12,7 +12,7 @@ use super::surfaces::{Surfaces, Traveller, Vertex};
 use super::trace::Kept;
 use super::{MIN_ROUGHNESS, PhotonCounts, PhotonRequest, is_specular};
 use crate::integrator::{Answer, Blame, Media, Question, RayTracer};
-use crate::light::{EmittedPhoton, Emitter, Receiver};
+use crate::light::{CausticRay, EmittedPhoton, Emitter, Receiver};
 use crate::needs::SceneNeeds;
 use crate::prepared::PreparedScene;
 use crate::sampler::{PixelSequence, Purpose, Sampler, SamplerTables};
@@ -38,6 +38,8 @@ pub(super) struct PhotonTracer<'a, const CUTOUTS: bool, M> {
 #[derive(Default)]
 pub(super) struct LeftPhotons {
     pub(super) photons: Vec<Photon>,
+    /// How the light of the caustic ones left, where all are kept.
+    pub(super) caustic_rays: Vec<CausticRay>,
     pub(super) counts: PhotonCounts,
 }
 
@@ -49,6 +51,8 @@ struct LightPath<M> {
     history: History,
     /// Surfaces met before.
     depth: u32,
+    /// The first of them, once there is any.
+    p_met: Vec3,
 }
 
 impl<const CUTOUTS: bool, M: Media> Follow for PhotonTracer<'_, CUTOUTS, M> {
@@ -138,6 +142,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             traveller: Traveller::new(ray, power, source.unwrap_or(M::AIR)),
             history: History::Straight(LightSubpath::emitted(emitted.density, 1.0)),
             depth: 0,
+            p_met: ray.origin,
             emitted,
         })
     }
@@ -165,8 +170,15 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         let bsdf = interaction.shader.bsdf(surface);
         let seen = bsdf.seen_from(surface.wo);
         let is_kept = self.kept == Kept::All || path.history.is_caustic();
+        if path.depth == 0 {
+            path.p_met = surface.p;
+        }
         if is_kept && seen.max_roughness() >= Some(MIN_ROUGHNESS) {
-            left.keep(path.photon(vertex, number));
+            let photon = path.photon(vertex, number);
+            if self.kept == Kept::All && path.history.is_caustic() {
+                left.caustic_rays.push(path.caustic_ray(&photon));
+            }
+            left.keep(photon);
         }
         self.scatter(path, vertex, &bsdf, &seen, sampler)
     }
@@ -268,6 +280,23 @@ impl<M: Media> LightPath<M> {
             class: self.history.class(),
             path_idx: number,
             depth: u16::try_from(self.depth).unwrap_or(u16::MAX),
+        }
+    }
+
+    /// How the light of a caustic photon left.
+    fn caustic_ray(&self, photon: &Photon) -> CausticRay {
+        let EmittedPhoton {
+            light,
+            density,
+            ray,
+            ..
+        } = self.emitted;
+        CausticRay {
+            light,
+            dir: ray.dir,
+            p_met: self.p_met,
+            luminance: photon.power.luminance(),
+            density,
         }
     }
 

@@ -131,8 +131,9 @@ impl CausticMerge<'_> {
         )
     }
 
-    fn d_light(&self, subpath: EyeSubpath, light: u32, wi: Vec3) -> f32 {
-        subpath.d_light(self.emitter.density(light, -wi), 1.0)
+    /// `p` and the unit vector `wi` toward the light are of the ray that meets it.
+    fn d_light(&self, subpath: EyeSubpath, light: u32, p: Vec3, wi: Vec3) -> f32 {
+        subpath.d_light(self.emitter.density(light, p, -wi), 1.0)
     }
 }
 
@@ -205,7 +206,7 @@ impl Merge for CausticMerge<'_> {
             return None;
         };
         let departure = path.departure?;
-        let d_light = self.d_light(subpath, emitted.light?, path.ray.dir);
+        let d_light = self.d_light(subpath, emitted.light?, path.ray.origin, path.ray.dir);
         let connect_pdf = if departure.is_delta { 0.0 } else { emitted.pdf };
         let weight = self
             .merging
@@ -233,7 +234,12 @@ impl Merge for CausticMerge<'_> {
         }
         let sample = &light.sample;
         let subpath = Self::extend(subpath, vertex, sample.wi, sample.pdf, false);
-        let d_light = self.d_light(subpath, light.light, sample.wi);
+        let d_light = self.d_light(
+            subpath,
+            light.light,
+            vertex.interaction.surface.p,
+            sample.wi,
+        );
         let weight = self
             .merging
             .weight_of_connection(d_light, hit_pdf, sample.pdf);

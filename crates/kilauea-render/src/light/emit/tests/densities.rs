@@ -161,7 +161,7 @@ fn the_density_of_a_photon_is_known_to_those_who_did_not_send_it() {
             let Some(photon) = emitter.emit(Vec2::splat(0.5), u_direction, u_point) else {
                 continue;
             };
-            let density = emitter.density(photon.light, photon.ray.dir);
+            let density = emitter.density(photon.light, photon.ray.origin, photon.ray.dir);
             let ratio = density / photon.density;
             assert!((ratio - 1.0).abs() < 1e-3, "{}: {ratio}", case.name);
             n += 1;

@@ -1,0 +1,183 @@
+//! Light aimed at what throws caustics, as earlier photons found it (in place of the projection maps
+//! of Jensen 1996).
+//!
+//! Of light from finite sources, the direction decides whether it meets glass or a mirror, of light
+//! from infinity the place. A share of either is left as it was, so that what no earlier photon met
+//! is still found; the density of photons is that of the mixture.
+
+use kilauea_gather::{DirectionTree, GatherRecord};
+use kilauea_math::{Bounds3, Vec2, Vec3};
+
+use super::light_choice::LightChoice;
+use super::lit_box::LitBox;
+
+/// How the light of a caustic photon left.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CausticRay {
+    /// Number of the light.
+    pub(crate) light: u32,
+    /// Unit direction in which it left.
+    pub(crate) dir: Vec3,
+    /// The first surface that it met.
+    pub(crate) p_met: Vec3,
+    /// Luminance of the photon's power.
+    pub(crate) luminance: f32,
+    /// Density with which it was emitted.
+    pub(crate) density: f32,
+}
+
+/// Where the light of a source goes.
+#[derive(Clone, Debug)]
+pub(super) enum Target {
+    /// Wherever it shines.
+    Anywhere,
+    Directions(DirectionTree),
+    Place(LitBox),
+}
+
+/// Of light, the share that is aimed.
+const AIMED_SHARE: f32 = 0.75;
+/// Fewer photons do not tell where to aim.
+const MIN_RAYS: usize = 16;
+/// What photons have met is a part of what there is to meet: the box around it grows by this much of
+/// its size to each side.
+const BOX_GROWTH: f32 = 0.05;
+/// Of the choice among sources, the share that follows what earlier photons brought.
+const CHOSEN_SHARE: f32 = 0.5;
+
+impl Target {
+    /// What light of one source met, whether that is at infinity or not.
+    pub(super) fn of(rays: &[CausticRay], is_infinite: bool) -> Self {
+        if rays.len() < MIN_RAYS {
+            return Self::Anywhere;
+        }
+        if is_infinite {
+            let met = Bounds3::from_points(rays.iter().map(|ray| ray.p_met));
+            let growth = BOX_GROWTH * met.diagonal();
+            let bounds = Bounds3 {
+                min: met.min - growth,
+                max: met.max + growth,
+            };
+            return LitBox::new(bounds).map_or(Self::Anywhere, Self::Place);
+        }
+        let records: Vec<GatherRecord> = rays.iter().map(CausticRay::record).collect();
+        DirectionTree::fit(&records).map_or(Self::Anywhere, Self::Directions)
+    }
+
+    /// A unit direction of a finite source with its density, which alone chooses by `sample` with
+    /// the density `pdf`.
+    pub(super) fn direction(
+        &self,
+        u: Vec2,
+        sample: impl FnOnce(Vec2) -> Vec3,
+        pdf: impl FnOnce(Vec3) -> f32,
+    ) -> (Vec3, f32) {
+        let dir = match self {
+            Self::Directions(tree) => match aimed(u) {
+                (true, u) => tree.sample(u),
+                (false, u) => sample(u),
+            },
+            Self::Anywhere | Self::Place(_) => sample(u),
+        };
+        (dir, self.direction_pdf(dir, pdf(dir)))
+    }
+
+    /// The density of [`Self::direction`] where that of the source alone is `pdf`.
+    pub(super) fn direction_pdf(&self, dir: Vec3, pdf: f32) -> f32 {
+        match self {
+            Self::Directions(tree) => mixed(tree.pdf(dir), pdf),
+            Self::Anywhere | Self::Place(_) => pdf,
+        }
+    }
+
+    /// Where light from infinity along the unit vector `dir` enters the box around all surfaces, and
+    /// the density of that per area.
+    pub(super) fn entry(&self, lit: &LitBox, dir: Vec3, u: Vec2) -> (Vec3, f32) {
+        let p = match self {
+            Self::Place(target) => match aimed(u) {
+                (true, u) => lit.entry_of(target.entry(dir, u), dir),
+                (false, u) => lit.entry(dir, u),
+            },
+            Self::Anywhere | Self::Directions(_) => lit.entry(dir, u),
+        };
+        (p, self.density_per_area(lit, p, dir))
+    }
+
+    /// The density of [`Self::entry`] for the line through `p`.
+    pub(super) fn density_per_area(&self, lit: &LitBox, p: Vec3, dir: Vec3) -> f32 {
+        let anywhere = 1.0 / lit.cross_section(dir);
+        match self {
+            Self::Place(target) => {
+                let aimed = if target.is_met(p, dir) {
+                    1.0 / target.cross_section(dir)
+                } else {
+                    0.0
+                };
+                mixed(aimed, anywhere)
+            }
+            Self::Anywhere | Self::Directions(_) => anywhere,
+        }
+    }
+}
+
+impl CausticRay {
+    /// The ray as an arrival of light from where it goes to.
+    fn record(&self) -> GatherRecord {
+        GatherRecord {
+            p: self.p_met,
+            n: self.dir,
+            wi: self.dir,
+            irradiance: self.luminance,
+            pdf: self.density,
+            radiance: kilauea_math::Spectrum::BLACK,
+            n_rays: 0.0,
+        }
+    }
+}
+
+/// A choice among lights that is drawn toward those whose light throws caustics; `source` is which
+/// of so many sources a light belongs to.
+pub(super) fn choice_by_caustics(
+    choice: &LightChoice,
+    n_lights: u32,
+    n_sources: usize,
+    source: impl Fn(u32) -> usize,
+    rays: &[CausticRay],
+) -> LightChoice {
+    let sum_by_source = |values: &mut dyn Iterator<Item = (u32, f32)>| {
+        let mut sums = vec![0.0_f64; n_sources];
+        for (light, value) in values {
+            sums[source(light)] += f64::from(value);
+        }
+        let total: f64 = sums.iter().sum();
+        sums.into_iter()
+            .map(|sum| if total > 0.0 { sum / total } else { 0.0 })
+            .collect::<Vec<f64>>()
+    };
+    let emitted = sum_by_source(&mut (0..n_lights).map(|l| (l, choice.probability(l))));
+    let brought = sum_by_source(&mut rays.iter().map(|ray| (ray.light, ray.luminance)));
+    LightChoice::new((0..n_lights).map(|light| {
+        let source = source(light);
+        let gain = if emitted[source] > 0.0 {
+            (brought[source] / emitted[source]) as f32
+        } else {
+            0.0
+        };
+        choice.probability(light) * (1.0 - CHOSEN_SHARE + CHOSEN_SHARE * gain)
+    }))
+}
+
+/// Whether light is aimed, and what that choice leaves of the random numbers.
+fn aimed(u: Vec2) -> (bool, Vec2) {
+    let is_aimed = u.x < AIMED_SHARE;
+    let x = if is_aimed {
+        u.x / AIMED_SHARE
+    } else {
+        (u.x - AIMED_SHARE) / (1.0 - AIMED_SHARE)
+    };
+    (is_aimed, Vec2::new(x.min(1.0 - 0.5 * f32::EPSILON), u.y))
+}
+
+fn mixed(aimed: f32, anywhere: f32) -> f32 {
+    AIMED_SHARE * aimed + (1.0 - AIMED_SHARE) * anywhere
+}
