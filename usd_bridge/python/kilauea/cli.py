@@ -23,7 +23,7 @@ from kilauea.arguments import (
 from kilauea.clock import process_age
 from kilauea.errors import KilaueaError, TimeLimitError, UsageError
 
-_NOT_BUILT_YET = ("worker", "console")
+_NOT_BUILT_YET = ("console",)
 _FLAGS_NOT_BUILT_YET = ("noise", "denoise")
 
 
@@ -98,6 +98,7 @@ def _parser(command: str) -> _MainParser:
     inspect = add("inspect", _inspect, "show what photons light, before any final rendering")
     if command == "inspect":
         _optional("kilauea.inspect", "inspect").add_arguments(inspect)
+    add("worker", _worker, "render for a console, whose ticket is on standard input")
     bench = add("bench", _bench, "measure speed and error")
     if command == "bench":
         _optional("kilauea.bench", "bench").add_arguments(bench)
@@ -107,9 +108,12 @@ def _parser(command: str) -> _MainParser:
 def _render(args: argparse.Namespace) -> int:
     from kilauea.render import RenderOptions, render_frame, summary
 
-    for flag in ("workers", "cluster"):
-        if getattr(args, flag) is not None:
-            raise UsageError(f"--{flag} is not built yet")
+    if args.cluster is not None:
+        raise UsageError("--cluster is not built yet")
+    if args.resume and args.workers is None:
+        raise UsageError("--resume goes on from what workers left: it needs --workers")
+    if args.workers is not None and args.shading not in (None, "inline"):
+        raise UsageError(f"workers render with --shading inline, not {args.shading}")
     for flag in _FLAGS_NOT_BUILT_YET:
         if getattr(args, flag):
             request.print_warning(f"--{flag} is not built yet: ignored")
@@ -141,6 +145,8 @@ def _render(args: argparse.Namespace) -> int:
                 load_secs=load_secs,
                 verbosity=verbosity,
                 alfred="a" in letters,
+                workers=args.workers,
+                resume=args.resume,
             ),
         )
         request.print_warnings([w for w in stats["warnings"] if w not in _said(frame)], verbosity)
@@ -151,6 +157,12 @@ def _render(args: argparse.Namespace) -> int:
             code = TimeLimitError.exit_code
         started = time.monotonic()
     return code
+
+
+def _worker(_args: argparse.Namespace) -> int:
+    from kilauea import worker
+
+    return worker.main()
 
 
 def _translate(args: argparse.Namespace) -> int:

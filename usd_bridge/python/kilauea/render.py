@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from kilauea import interrupt
+from kilauea import interrupt, worker
 from kilauea.clock import process_age
 from kilauea.errors import KilaueaError
 from kilauea.output import write_text
@@ -39,6 +39,7 @@ DEFAULTS: dict[str, Any] = {
 """As in `kilauea_scene::RenderSettings`."""
 
 MAX_CHUNK_TRIANGLES = 65536
+JOURNAL_SUFFIX = ".journal"
 _POLL_SECS = 0.1
 _SHORTEST_LIMIT_SECS = 0.001
 _WRITE_SECS_PER_PIXEL = 1.5e-6
@@ -62,6 +63,10 @@ class RenderOptions:
     verbosity: int = 2
     alfred: bool = False
     """Print `ALF_PROGRESS` lines."""
+    workers: int | None = None
+    """Render in so many processes, of which each has `settings.threads`."""
+    resume: bool = False
+    """Keep what workers have rendered beside the first output, and go on from what is there."""
 
 
 def native() -> Any:
@@ -92,6 +97,13 @@ def build_scene(frame: Frame, options: RenderOptions) -> Any:
         The engine refuses the scene.
     """
     engine = native()
+    try:
+        return interrupt.run(lambda: engine.build_scene(frame, _build_options(frame, options)))
+    except (engine.SceneError, engine.RenderError) as error:
+        raise KilaueaError(str(error)) from None
+
+
+def _build_options(frame: Frame, options: RenderOptions) -> str:
     settings = DEFAULTS | frame.settings | options.settings
     build_options = {
         "resolution": settings["resolution"],
@@ -99,10 +111,7 @@ def build_scene(frame: Frame, options: RenderOptions) -> Any:
         "max_subdivision_level": options.max_subdivision_level,
         "max_chunk_triangles": MAX_CHUNK_TRIANGLES,
     }
-    try:
-        return interrupt.run(lambda: engine.build_scene(frame, json.dumps(build_options)))
-    except (engine.SceneError, engine.RenderError) as error:
-        raise KilaueaError(str(error)) from None
+    return json.dumps(build_options)
 
 
 def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
@@ -115,7 +124,11 @@ def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
     """
     engine = native()
     try:
-        scene = build_scene(frame, options)
+        if options.workers is None:
+            scene = build_scene(frame, options)
+        else:
+            build_options = _build_options(frame, options)
+            scene = interrupt.run(lambda: engine.assemble_scene(frame, build_options))
         warnings = [*frame.warnings, *frame.notes, *scene.warnings()]
         metadata = {
             "stage": frame.stage,
@@ -125,7 +138,7 @@ def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
             "warnings": warnings + [f"missing: {m}" for m in frame.missing],
         }
         settings = settings_record(frame, options)
-        job = scene.render(json.dumps(settings), json.dumps(metadata))
+        job = scene.render(json.dumps(settings), json.dumps(metadata), *_sharing(options))
         wait(job, Progress(options.verbosity >= 2, options.alfred))
         stats = interrupt.run(lambda: json.loads(job.finish(options.outputs)), interrupt.GRACE_SECS)
     except (engine.SceneError, engine.RenderError) as error:
@@ -134,6 +147,15 @@ def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
     if options.stats_file:
         write_text(Path(options.stats_file), json.dumps(stats, indent=2) + "\n")
     return stats
+
+
+def _sharing(options: RenderOptions) -> list[str]:
+    """Return how the work is shared out, where other processes do it."""
+    if options.workers is None:
+        return []
+    journal = options.outputs[0] + JOURNAL_SUFFIX if options.resume else None
+    sharing = {"n_workers": options.workers, "command": worker.COMMAND, "journal": journal}
+    return [json.dumps(sharing)]
 
 
 def summary(stats: dict[str, Any], outputs: list[str]) -> str:
