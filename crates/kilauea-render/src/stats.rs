@@ -41,7 +41,6 @@ pub struct RenderStats {
     /// Size of the scene.
     pub scene: SceneSize,
     /// What was asked of the members of a set, where the scene is spread over one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub set: Option<SetStats>,
     /// Features in use.
     pub needs: Vec<Cow<'static, str>>,
