@@ -13,7 +13,7 @@ use kilauea_spot::{Answerer, Context, Program, RunError, Runtime};
 use crate::integrator::{Answer, Guide, Media, Merge, Question, RayTracer};
 use crate::passes::PixelRun;
 use crate::program::{PassesJob, Sampled, StopOnPanic};
-use crate::samples::PixelSampler;
+use crate::samples::{PixelSampler, SampleStart};
 
 /// A program without SPOTs: there is no work to start one from.
 struct NoSpots;
@@ -68,13 +68,17 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
         let pixel = sampler.pixel(run.tile, pixel_idx);
         integrator.guide.begin(&mut trail, pixel.position);
         for sample_idx in frame.passes.samples(run.pass) {
-            let (ray, start) = sampler.start(&pixel, sample_idx);
+            let start = sampler.start(&pixel, sample_idx);
+            let SampleStart {
+                ray,
+                sampler: numbers,
+                view,
+            } = start;
             let cx = Answered(tracer);
             let path = integrator.start(ray);
             let counts = &mut sampled.counts;
-            let path = integrator.trace(path, &start.sampler, counts, &mut trail, &cx);
-            let mut sample = in_place(path);
-            sampler.finish(&start, &mut sample);
+            let path = integrator.trace(path, numbers, counts, &mut trail, &cx);
+            let sample = sampler.finish(&view, &in_place(path));
             if !tile.add(pixel_idx as usize, &sample) {
                 in_place(sampler.note_fault(&pixel, sample_idx, &cx));
             }
