@@ -158,6 +158,7 @@ impl Frame {
         RayTracer {
             geometry: &self.prepared.geometry,
             textures: &self.prepared.textures,
+            sends_texels: self.settings.shading == Shading::Bytes,
             blame: &self.blame,
         }
     }

@@ -73,6 +73,12 @@ pub trait Pool<F> {
 pub trait Answerer<P: Program>: Sync {
     /// The answer.
     fn answer(&self, question: P::Question) -> P::Answer;
+
+    /// Whether the answer takes so long, as it comes from a disk, that others should not wait for
+    /// it.
+    fn is_slow(&self, _question: &P::Question) -> bool {
+        false
+    }
 }
 
 /// What a run is to compute: numbered roots, each a work of generation 0.

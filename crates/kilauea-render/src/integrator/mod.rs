@@ -15,6 +15,7 @@ mod ray_counts;
 mod rays;
 mod shade;
 mod throughput;
+mod tiles;
 mod walk;
 
 pub(crate) use blame::Blame;

@@ -152,6 +152,13 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                     next = Some(cx.ask(Question::closest::<CUTOUTS>(&ray, &sampler, depth)));
                     continue;
                 }
+                if C::WAITS && self.needs.textures {
+                    let absent = self.absent_tiles(&path, hit);
+                    if !absent.is_empty() {
+                        // In a box, as room for it would be in the state of every path.
+                        Box::pin(self.bring_tiles(absent, &path, hit, cx)).await;
+                    }
+                }
                 let (vertex, knowledge) = self.arrive(&mut out, &mut path, depth, hit, trail);
                 if depth == self.max_depth {
                     break;

@@ -97,6 +97,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     let answerer = RayTracer::<CUTOUTS> {
         geometry,
         textures,
+        sends_texels: false,
         blame: &blame,
     };
     let workforce = Workforce::inline(request.n_threads);

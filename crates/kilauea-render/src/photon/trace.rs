@@ -114,6 +114,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     let answerer = RayTracer::<CUTOUTS> {
         geometry,
         textures,
+        sends_texels: false,
         blame: &blame,
     };
     let workforce = Workforce { n_threads, shading };
