@@ -179,6 +179,10 @@ pub struct Textures {
     pub tiles_total: u64,
     /// Reads of a tile, repeated ones included.
     pub tiles_loaded: u64,
+    /// Tiles that were brought before a lookup needed them.
+    pub tiles_fetched: u64,
+    /// Seconds for which lookups waited for tiles, all threads together.
+    pub seconds_waited: f64,
     /// Bytes read.
     pub bytes_read: u64,
     /// Values of all images that were NaN or infinite, and that something stands for.

@@ -10,11 +10,11 @@ use kilauea_spot::{Context, Job, Pool, Program, Runtime};
 
 use crate::frame::Frame;
 use crate::integrator::{
-    Answer, Guide, Media, PathTrail, Question, RayCounts, Training, Unmerged, light, n_rays,
+    Answer, Guide, Media, PathTrail, Question, RayTally, Training, Unmerged, n_rays,
 };
 use crate::program::StopOnPanic;
 use crate::sampler::SamplerTables;
-use crate::samples::{PixelSampler, SampledPixel};
+use crate::samples::{PixelSampler, SampleStart, SampledPixel};
 
 /// Apart from all seeds of pictures.
 const TRAINING_SEED: u32 = 0x7472_6169;
@@ -84,7 +84,7 @@ pub(super) struct TrainingProgram<'f, const CUTOUTS: bool, M> {
 pub(super) struct Trained {
     records: Vec<GatherRecord>,
     samples: Vec<PictureSample>,
-    counts: RayCounts,
+    counts: RayTally,
 }
 
 impl<const CUTOUTS: bool, M: Media> Program for TrainingProgram<'_, CUTOUTS, M> {
@@ -97,8 +97,8 @@ impl<const CUTOUTS: bool, M: Media> Program for TrainingProgram<'_, CUTOUTS, M> 
         &'a self,
         runtime: &R,
     ) -> impl Fn(Range<u32>, R::Context) -> R::Started {
-        let blocks = runtime.pool();
-        move |run, cx| blocks.start("training paths", self.trace_blocks(run, cx))
+        let blocks = runtime.pool("training paths");
+        move |run, cx| blocks.start(self.trace_blocks(run, cx))
     }
 }
 
@@ -116,17 +116,17 @@ impl<const CUTOUTS: bool, M: Media> TrainingProgram<'_, CUTOUTS, M> {
             let pixel = self.grid.pixel(block);
             integrator.guide.begin(&mut trail, pixel.position);
             for sample_idx in 0..self.grid.samples_per_block {
-                let (ray, start) = self.sampler.start(&pixel, sample_idx);
+                let SampleStart { ray, sampler, .. } = self.sampler.start(&pixel, sample_idx);
                 let counts = &mut trained.counts;
                 let path = integrator.start(ray);
                 let out = integrator
-                    .trace(path, &start.sampler, counts, &mut trail, &cx)
+                    .trace(path, sampler, counts, &mut trail, &cx)
                     .await;
                 trail.end(&out, counts, &mut trained.records);
                 let n_rays = n_rays(counts);
                 trained.samples.push(PictureSample {
                     pixel: pixel.position,
-                    luminance: light(&out).luminance(),
+                    luminance: out.light().luminance(),
                     n_rays: (n_rays - std::mem::replace(&mut n_rays_before, n_rays)) as f32,
                 });
             }

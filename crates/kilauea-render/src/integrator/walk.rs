@@ -2,14 +2,14 @@
 
 use kilauea_accel::{Ray, Visibility};
 use kilauea_bsdf::SeenBsdf;
-use kilauea_film::PixelSample;
 use kilauea_math::Spectrum;
 use kilauea_math::hash::unit_f32;
-use kilauea_shading::Scattered;
 
 use super::cone::RayCone;
 use super::guide::{Guide, Knowledge, Roulette};
 use super::media::{Boundary, Media};
+use super::path_light::PathLight;
+use super::path_sample::PathSample;
 use super::throughput::Throughput;
 use crate::geometry::Interaction;
 use crate::light::{Emitted, Receiver};
@@ -72,8 +72,7 @@ impl<M: Media, E> Path<M, E> {
         self.departure.filter(|d| !d.is_delta).map(|d| d.receiver)
     }
 
-    /// Chooses where the path goes on. Returns what is scattered, with a share of the path unless
-    /// it ends.
+    /// Chooses where the path goes on, and whether it does.
     #[inline]
     pub(super) fn scatter<G: Guide>(
         &mut self,
@@ -82,7 +81,7 @@ impl<M: Media, E> Path<M, E> {
         sampler: &Sampler<'_>,
         knowledge: &G::Knowledge,
         trail: &mut G::Trail,
-    ) -> Scattered {
+    ) -> PathLight {
         let depth = vertex.depth;
         let u_lobe = if bsdf.has_one_lobe() && !knowledge.chooses_directions() {
             0.5
@@ -97,7 +96,7 @@ impl<M: Media, E> Path<M, E> {
         let arriving = throughput.arriving(depth) * vertex.passed;
         G::leave(trail, receiver, bsdf, sample.as_ref(), arriving);
         let Some(sample) = sample else {
-            return Scattered::NOTHING;
+            return PathLight::NOTHING;
         };
         throughput.scatter(
             depth,
@@ -114,21 +113,21 @@ impl<M: Media, E> Path<M, E> {
         }
 
         // End dim paths by chance.
-        let mut scattered = Scattered::BY_PATH;
+        let mut light = PathLight::BY_PATH;
         if let Some(roulette) = knowledge.roulette(depth, bsdf, arriving, throughput.total(depth)) {
             let Roulette { survival, estimate } = roulette;
             let has_ended = unit_f32(sampler.key(0x8000_0000 | depth)) >= survival;
             let weight = if has_ended { 0.0 } else { 1.0 / survival };
             if let Some(estimate) = estimate {
-                scattered.diffuse = estimate * vertex.passed * (1.0 - weight);
+                light.estimate = (estimate * vertex.passed * (1.0 - weight)).into();
             }
             if has_ended {
-                scattered.path = Spectrum::BLACK;
-                return scattered;
+                light.goes_on = false;
+                return light;
             }
             throughput.scale_last(depth, Spectrum::splat(weight));
         } else if throughput.total(depth).is_black() {
-            return Scattered::NOTHING;
+            return PathLight::NOTHING;
         }
         if sample.is_transmission
             && let Some(boundary) = &vertex.boundary
@@ -138,7 +137,7 @@ impl<M: Media, E> Path<M, E> {
         self.media.depart();
         let interaction = &vertex.interaction;
         self.ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
-        scattered
+        light
     }
 
     /// Adds emission met by the ray, which left its vertex after `depth` events, of which the
@@ -147,7 +146,7 @@ impl<M: Media, E> Path<M, E> {
     #[inline]
     pub(super) fn add_emitted(
         &self,
-        out: &mut PixelSample,
+        out: &mut PathSample,
         depth: u32,
         emitted: &Emitted,
         passed: Spectrum,
@@ -165,13 +164,13 @@ impl<M: Media, E> Path<M, E> {
             None if departure.is_delta => 1.0,
             None => power_heuristic(departure.pdf, emitted.pdf),
         };
-        let throughput = &self.throughput;
         let radiance = radiance * weight;
-        throughput.add(
+        let [diffuse, specular] = self.throughput.last_by_lobes();
+        self.throughput.add(
             out,
             depth,
-            radiance * (throughput.last_diffuse * emitted.diffuse),
-            radiance * (throughput.last_specular * emitted.specular),
+            radiance * (diffuse * emitted.diffuse),
+            radiance * (specular * emitted.specular),
         );
     }
 }

@@ -6,14 +6,14 @@ mod training;
 mod unguided;
 
 use kilauea_bsdf::{BsdfSample, SeenBsdf};
-use kilauea_film::PixelSample;
 use kilauea_math::{Spectrum, Vec3};
 
-use super::path::RayCounts;
+use super::path_sample::PathSample;
+use super::ray_counts::RayTally;
 use crate::light::Receiver;
 
 pub(crate) use guided::{Guided, Means};
-pub(crate) use training::{PathTrail, Training, light, n_rays};
+pub(crate) use training::{PathTrail, Training, n_rays};
 pub(crate) use unguided::Unguided;
 
 /// What paths know.
@@ -44,7 +44,7 @@ pub(crate) trait Guide: Copy + Send + Sync {
 
     /// All that the vertex itself adds to the sample has been added.
     #[inline]
-    fn depart(_trail: &mut Self::Trail, _out: &PixelSample, _counts: &RayCounts) {}
+    fn depart(_trail: &mut Self::Trail, _out: &PathSample, _counts: &RayTally) {}
 }
 
 /// What is known of the light at a vertex.

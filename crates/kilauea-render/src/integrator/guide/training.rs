@@ -1,14 +1,13 @@
 //! Paths that leave records of the light that they found.
 
 use kilauea_bsdf::{BsdfSample, SeenBsdf};
-use kilauea_film::PixelSample;
 use kilauea_gather::GatherRecord;
 use kilauea_math::{Spectrum, Vec3};
 
 use super::guided::{Guided, Known};
 use super::unguided::Unguided;
 use super::{Guide, Knowledge, Roulette};
-use crate::integrator::RayCounts;
+use crate::integrator::{PathSample, RayTally};
 use crate::light::Receiver;
 
 /// Guides by what earlier paths found, if there were any, and notes what paths find.
@@ -79,10 +78,10 @@ impl<'a> Guide for Training<'a> {
         });
     }
 
-    fn depart(trail: &mut PathTrail, out: &PixelSample, counts: &RayCounts) {
+    fn depart(trail: &mut PathTrail, out: &PathSample, counts: &RayTally) {
         if let Some(vertex) = trail.pending.take() {
             trail.vertices.push(TrailVertex {
-                gathered: light(out),
+                gathered: out.light(),
                 n_rays: n_rays(counts),
                 ..vertex
             });
@@ -94,11 +93,11 @@ impl PathTrail {
     /// Ends the path: adds what its vertices learnt to `records`.
     pub(crate) fn end(
         &mut self,
-        out: &PixelSample,
-        counts: &RayCounts,
+        out: &PathSample,
+        counts: &RayTally,
         records: &mut Vec<GatherRecord>,
     ) {
-        let (light, n_rays) = (light(out), n_rays(counts));
+        let (light, n_rays) = (out.light(), n_rays(counts));
         records.extend(self.vertices.drain(..).map(|vertex| {
             let found = light - vertex.gathered;
             let Receiver { p, n } = vertex.receiver;
@@ -159,16 +158,8 @@ impl Knowledge for Option<Known<'_>> {
     }
 }
 
-pub(crate) fn light(out: &PixelSample) -> Spectrum {
-    out.emission
-        + out.direct_diffuse
-        + out.direct_specular
-        + out.indirect_diffuse
-        + out.indirect_specular
-}
-
-pub(crate) fn n_rays(counts: &RayCounts) -> u64 {
-    counts.shadow + counts.indirect
+pub(crate) fn n_rays(counts: &RayTally) -> u64 {
+    u64::from(counts.shadow) + u64::from(counts.indirect)
 }
 
 /// Light per share, channel by channel; none where there is no share.
