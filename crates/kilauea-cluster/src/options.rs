@@ -30,6 +30,8 @@ pub struct ClusterOptions {
     pub max_restarts: u32,
     /// Time that a worker has for a unit before others may have it too.
     pub patience: Duration,
+    /// A worker that says nothing for so long is dead. It says something every 250 ms.
+    pub dead_after: Duration,
     /// Where results are kept until the frame is done; nowhere if absent.
     pub journal: Option<PathBuf>,
     /// Whether rays skip the code for what the scene does not have.
@@ -44,6 +46,7 @@ impl ClusterOptions {
             kind,
             max_restarts: n_workers.saturating_mul(3),
             patience: Duration::from_secs(60),
+            dead_after: Duration::from_secs(2),
             journal: None,
             specialize_rays: true,
         }

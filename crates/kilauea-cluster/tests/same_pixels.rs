@@ -16,7 +16,7 @@ fn check(kind: &WorkerKind, numbers: &[u32]) {
         let alone = shot.alone();
         for &n_workers in numbers {
             let what = format!("{name}, {n_workers} workers");
-            let options = ClusterOptions::new(n_workers, kind.clone());
+            let options = frame::options(n_workers, kind.clone());
             let result = shot.start(options).finish().expect(&what);
             shot.check(&alone, &result, &what);
             assert_eq!(result.workers.len(), n_workers as usize, "{what}");
@@ -49,9 +49,7 @@ fn with_threads_more_units_and_a_window() {
             max: [61, 38],
         });
     });
-    let result = shot
-        .start(ClusterOptions::new(2, WorkerKind::Threads))
-        .finish();
+    let result = shot.start(frame::options(2, WorkerKind::Threads)).finish();
     shot.check(
         &shot.alone(),
         &result.unwrap(),
@@ -66,7 +64,7 @@ fn under_a_time_limit_workers_stop_in_time() {
         s.time_limit_secs = Some(1.0);
     });
     let start = std::time::Instant::now();
-    let options = ClusterOptions::new(2, WorkerKind::Threads);
+    let options = frame::options(2, WorkerKind::Threads);
     let result = shot.start(options).finish().unwrap();
     assert!(start.elapsed().as_secs_f64() < 6.0, "{:?}", start.elapsed());
     let stats = &result.frame.stats;
@@ -95,9 +93,7 @@ fn a_scene_is_the_same_after_its_bytes() {
 #[test]
 fn what_workers_cannot_do_is_refused_in_words() {
     let shot = Shot::new().with(|s| s.shading = Shading::Queued);
-    let result = shot
-        .start(ClusterOptions::new(2, WorkerKind::Threads))
-        .finish();
+    let result = shot.start(frame::options(2, WorkerKind::Threads)).finish();
     let Err(ClusterError::Failed(reason)) = result.map(|_| ()) else {
         panic!("it renders");
     };
@@ -110,7 +106,7 @@ fn what_workers_cannot_do_is_refused_in_words() {
     let refused = kilauea_cluster::ClusterJob::start(
         &shot.scene(),
         &shot.settings,
-        ClusterOptions::new(1, WorkerKind::Threads),
+        frame::options(1, WorkerKind::Threads),
     );
     let error = refused.map(|_| ()).unwrap_err();
     assert!(
@@ -128,7 +124,7 @@ fn a_program_that_is_no_worker_is_given_up() {
     };
     let options = ClusterOptions {
         max_restarts: 2,
-        ..ClusterOptions::new(1, kind)
+        ..frame::options(1, kind)
     };
     let error = shot.start(options).finish().map(|_| ()).unwrap_err();
     let ClusterError::NoWorkers { n_started, reason } = &error else {

@@ -1,6 +1,7 @@
 //! Starts workers.
 
 use std::io::{self, Write};
+use std::os::unix::process::CommandExt;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::thread;
@@ -53,6 +54,8 @@ pub(super) fn launch(kind: &WorkerKind, ticket: &Ticket) -> io::Result<Launched>
                 .args(arguments)
                 .stdin(Stdio::piped())
                 .stdout(Stdio::null())
+                // An interrupt is for the console: workers end with their links.
+                .process_group(0)
                 .spawn()?;
             let stdin = child.stdin.take();
             let process = WorkerProcess(child);

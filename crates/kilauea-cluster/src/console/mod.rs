@@ -42,6 +42,8 @@ const MAX_EVENTS: usize = 256;
 const LIMIT_GRACE: Duration = Duration::from_secs(1);
 /// Time for workers to say how it went.
 const REPORT_TIME: Duration = Duration::from_secs(2);
+/// The same after a time limit.
+const LATE_REPORT_TIME: Duration = Duration::from_millis(500);
 
 /// A frame that workers have rendered.
 pub struct ClusterResult {
@@ -206,7 +208,12 @@ impl Console {
         for peer in self.peers.values() {
             peer.send(Finish.frame(peer.holder.epoch, &[]));
         }
-        let deadline = tokio::time::Instant::now() + REPORT_TIME;
+        let time = if self.is_late() {
+            LATE_REPORT_TIME
+        } else {
+            REPORT_TIME
+        };
+        let deadline = tokio::time::Instant::now() + time;
         while self
             .peers
             .values()

@@ -11,8 +11,6 @@ use crate::stats::WorkerStats;
 
 /// A worker that says nothing for so long gets no more units until it does.
 const SUSPECT: Duration = Duration::from_secs(1);
-/// A worker that says nothing for so long is dead.
-const DEAD: Duration = Duration::from_secs(2);
 /// Time for a worker's process to start and to join.
 const JOIN: Duration = Duration::from_secs(60);
 
@@ -60,8 +58,8 @@ impl Peer {
             && now.saturating_sub(self.last_heard) < SUSPECT
     }
 
-    /// Why it is lost, if it is.
-    pub(super) fn why_lost(&mut self, now: Duration) -> Option<String> {
+    /// Why it is lost, if it is. One that has joined and says nothing is dead after a time.
+    pub(super) fn why_lost(&mut self, now: Duration, dead_after: Duration) -> Option<String> {
         let silence = now.saturating_sub(self.last_heard);
         match self.stage {
             Stage::Finished => None,
@@ -72,7 +70,7 @@ impl Peer {
             }
             Stage::Preparing(_) | Stage::Working(_) => {
                 let secs = silence.as_secs_f64();
-                (silence > DEAD).then(|| format!("it said nothing for {secs:.1} s"))
+                (silence > dead_after).then(|| format!("it said nothing for {secs:.1} s"))
             }
         }
     }

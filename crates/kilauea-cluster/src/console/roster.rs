@@ -77,7 +77,7 @@ impl Console {
                 !matches!(peer.stage, Stage::Starting | Stage::Finished) && !peer.send(frame);
             let stuck = || is_stuck.then(|| "it takes no more frames".to_owned());
             lost.extend(
-                peer.why_lost(now)
+                peer.why_lost(now, self.options.dead_after)
                     .or_else(stuck)
                     .map(|reason| (epoch, reason)),
             );

@@ -34,7 +34,7 @@ fn console<const N: usize>(
         let rank = epoch - 1;
         let peer = Peer {
             holder: Holder { rank, epoch },
-            stage: Stage::Preparing(outbox),
+            stage: peer::Stage::Preparing(outbox),
             last_heard: Duration::ZERO,
             n_leases: 0,
             n_passes_over: 0,

@@ -110,7 +110,7 @@ impl Shot {
     /// The same shot with so many samples that rendering it takes a second or more.
     pub(crate) fn long() -> Self {
         let mut shot = Self::new();
-        shot.settings.samples_per_pixel = 96;
+        shot.settings.samples_per_pixel = 48;
         shot
     }
 
@@ -160,6 +160,14 @@ pub(crate) fn integrators() -> [(&'static str, Integrator, GlobalIllumination); 
         ("kilauea", Integrator::Kilauea, GlobalIllumination::Exact),
         ("photons", Integrator::Path, GlobalIllumination::Consistent),
     ]
+}
+
+/// Workers of whom none seems dead because the machine is busy.
+pub(crate) fn options(n_workers: u32, kind: WorkerKind) -> ClusterOptions {
+    ClusterOptions {
+        dead_after: Duration::from_secs(60),
+        ..ClusterOptions::new(n_workers, kind)
+    }
 }
 
 /// Workers in processes of their own.
