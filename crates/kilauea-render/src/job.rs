@@ -207,7 +207,7 @@ impl Frame {
 
     /// What was rendered, once rendering has stopped.
     fn into_result(self) -> Result<RenderResult, RenderError> {
-        let pixels_stopped = self.n_pixels_stopped();
+        let (pixels_stopped, is_clean) = (self.n_pixels_stopped(), self.is_clean());
         let outcome = self
             .outcome
             .into_inner()
@@ -218,8 +218,7 @@ impl Frame {
         let prepared = &*self.prepared;
         let full_passes = self.passes.n_done();
         let (needs, skipped) = SceneNeeds {
-            guided_directions: self.needs.guided_directions || outcome.means.directions,
-            residual_roulette: self.needs.residual_roulette || outcome.means.roulette,
+            guided_directions: self.needs.guided_directions || outcome.is_guided,
             ..self.needs
         }
         .names();
@@ -294,7 +293,7 @@ impl Frame {
             },
             needs,
             skipped,
-            is_complete: full_passes == self.passes.n_passes(),
+            is_complete: full_passes == self.passes.n_passes() || is_clean,
             full_passes,
             warnings,
         };

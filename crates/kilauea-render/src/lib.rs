@@ -9,6 +9,7 @@ mod caustics;
 mod check;
 mod conditions;
 mod error;
+mod follow;
 mod frame;
 mod gather;
 mod geometry;

@@ -178,7 +178,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                     next = Some(cx.ask(Question::closest::<CUTOUTS>(&ray, sampler, depth)));
                     continue;
                 }
-                let (vertex, knowledge) = self.arrive(&mut out, &mut path, depth, &hit, trail);
+                let (vertex, knowledge) = self.arrive(&mut out, &mut path, depth, &hit);
                 if depth == self.max_depth {
                     break;
                 }
@@ -209,7 +209,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                     path.throughput
                         .add_indirect(&mut out, depth, diffuse, specular);
                 }
-                G::depart(trail, &out, counts);
+                G::depart(trail, &out);
                 if scattered.path.is_black() {
                     break;
                 }
@@ -329,7 +329,6 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         path: &mut Path<M, X::Eye>,
         depth: u32,
         hit: &Hit,
-        trail: &G::Trail,
     ) -> (Vertex<'a, M>, G::Knowledge) {
         path.cone.advance(hit.t);
         self.watch.see(Step::Hit, depth, None, || {
@@ -368,7 +367,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             }
         }
         // Here, as a vertex that was looked at would be kept for as long as its shade waits.
-        let knowledge = self.guide.at(trail, vertex.receiver());
+        let knowledge = self.guide.at(vertex.receiver());
         (vertex, knowledge)
     }
 
