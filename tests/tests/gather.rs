@@ -42,9 +42,7 @@ fn forced() -> RenderSettings {
         samples_per_pixel: 16,
         max_depth: 5,
         integrator: Integrator::Kilauea,
-        general: ["guided_directions", "residual_roulette"]
-            .map(str::to_owned)
-            .into(),
+        general: vec!["guided_directions".into()],
         ..Stage::settings()
     }
 }
@@ -115,7 +113,6 @@ fn how_it_is_run_does_not_change_a_bit() {
     let inline = render(Conditions::default(), Shading::Inline, 1);
     assert!(inline.mean() > 0.01 && inline.stats.gather.records > 100);
     assert!(inline.stats.needs.contains(&"guided_directions".into()));
-    assert!(inline.stats.needs.contains(&"residual_roulette".into()));
     let plain_loop = Conditions {
         plain_loop: true,
         ..Conditions::default()
@@ -171,7 +168,6 @@ fn where_nothing_is_to_be_learnt_paths_are_plain() {
         };
         let (kilauea, path) = (render(&settings), render(&path));
         assert!(kilauea.stats.skipped.contains(&"guided_directions".into()));
-        assert!(kilauea.stats.skipped.contains(&"residual_roulette".into()));
         kilauea.check_same_bits(&path, "plain paths");
     }
 }

@@ -5,7 +5,7 @@ use kilauea_scene::{RenderSettings, Shading};
 use kilauea_tests::{Mesh, Picture, Stage, matte, perspective, rect_light};
 use std::sync::Arc;
 
-const THRESHOLD: f32 = 0.06;
+const THRESHOLD: f32 = 0.03;
 
 /// A glossy ball on a floor beside a wall, under a lamp.
 fn prepared() -> Arc<PreparedScene> {

@@ -231,7 +231,7 @@ fn every_feature() {
 fn paths_that_know_where_light_is() {
     let settings = RenderSettings {
         integrator: Integrator::Kilauea,
-        general: vec!["guided_directions".into(), "residual_roulette".into()],
+        general: vec!["guided_directions".into()],
         samples_per_pixel: 16,
         resolution: [24, 16],
         ..settings()

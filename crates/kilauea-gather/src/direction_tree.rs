@@ -5,7 +5,7 @@
 use kilauea_math::{Vec2, Vec3};
 
 use crate::octahedral::{direction_from_square, solid_angle_per_area, square_from_direction};
-use crate::record::GatherRecord;
+use crate::record::Arrival;
 
 /// A positive density over all directions, constant per area within the leaves of a quadtree.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,10 +36,10 @@ const MAX_DEPTH: u32 = 8;
 /// node say is not the whole truth.
 const PRIOR_RECORDS: f32 = 2.0;
 
-/// What a record tells of directions.
+/// An arrival on the square.
 #[derive(Clone, Copy)]
-struct Arrival {
-    /// On the square; of the current node once within the tree.
+struct Placed {
+    /// Of the current node once within the tree.
     at: Vec2,
     irradiance: f32,
     /// Estimates the integral of the squared integrand: `(L cos θ / pdf)² pdf`.
@@ -47,19 +47,19 @@ struct Arrival {
 }
 
 impl DirectionTree {
-    /// Fits a distribution to records of one cell; none where no light arrives.
+    /// Fits a distribution to what arrived at one place; none where no light did.
     ///
     /// The density is in proportion to the root of the integrand's second moment, which counts the
     /// noise of what lies behind a direction as well (Rath et al. 2020, "Variance-Aware Path
     /// Guiding").
-    pub fn fit<'r>(records: impl IntoIterator<Item = &'r GatherRecord>) -> Option<Self> {
-        let mut arrivals: Vec<Arrival> = records
+    pub fn fit<'r>(arrivals: impl IntoIterator<Item = &'r Arrival>) -> Option<Self> {
+        let mut arrivals: Vec<Placed> = arrivals
             .into_iter()
-            .filter(|record| record.is_sound() && record.irradiance > 0.0)
-            .map(|record| Arrival {
-                at: square_from_direction(record.wi),
-                irradiance: record.irradiance,
-                second_moment: record.irradiance * record.irradiance * record.pdf,
+            .filter(|arrival| arrival.is_sound() && arrival.irradiance > 0.0)
+            .map(|arrival| Placed {
+                at: square_from_direction(arrival.wi),
+                irradiance: arrival.irradiance,
+                second_moment: arrival.irradiance * arrival.irradiance * arrival.pdf,
             })
             .collect();
         let total: f32 = arrivals.iter().map(|a| a.irradiance).sum();
@@ -171,7 +171,7 @@ struct Fit {
 
 impl Fit {
     /// Makes the node of a square, and returns what it weighs.
-    fn divide(&mut self, arrivals: &mut [Arrival], square: Square, depth: u32) -> f32 {
+    fn divide(&mut self, arrivals: &mut [Placed], square: Square, depth: u32) -> f32 {
         let idx = self.quads.len();
         self.quads.push(Quad {
             left: 0.5,
@@ -221,7 +221,7 @@ fn halves(weights: [f32; 4], total: f32, confidence: f32) -> (f32, [f32; 2]) {
 }
 
 /// How many equal records would say as much (Kish 1965).
-fn effective_number(arrivals: &[Arrival]) -> f32 {
+fn effective_number(arrivals: &[Placed]) -> f32 {
     let sum: f32 = arrivals.iter().map(|a| a.irradiance).sum();
     let sum_sq: f32 = arrivals.iter().map(|a| a.irradiance * a.irradiance).sum();
     if sum_sq > 0.0 && sum_sq.is_finite() {
@@ -232,7 +232,7 @@ fn effective_number(arrivals: &[Arrival]) -> f32 {
 }
 
 /// Moves those for which `is_first` to the front; returns how many there are.
-fn partition(arrivals: &mut [Arrival], is_first: impl Fn(&Arrival) -> bool) -> usize {
+fn partition(arrivals: &mut [Placed], is_first: impl Fn(&Placed) -> bool) -> usize {
     let mut n = 0;
     for i in 0..arrivals.len() {
         if is_first(&arrivals[i]) {

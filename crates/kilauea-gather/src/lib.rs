@@ -2,21 +2,21 @@
 //! paths are traced.
 //!
 //! Paths leave [`GatherRecord`]s. [`GatherField::fit`] divides the places where they scattered into
-//! cells and fits to each cell what light it receives: a distribution over directions to draw from,
-//! and the mean of what comes back. It knows no scene and no lights.
+//! cells and fits to each cell a distribution over the directions from which it receives light.
+//! [`forecast`] tells beforehand whether that is of use. It knows no scene and no lights.
 
 #![forbid(unsafe_code)]
 
 mod cell_tree;
 mod direction_tree;
 mod field;
+mod forecast;
 mod octahedral;
 mod picture;
 mod record;
-mod reflection;
 
 pub use direction_tree::DirectionTree;
 pub use field::GatherField;
+pub use forecast::forecast;
 pub use picture::{PathError, PictureEstimate, PictureSample};
-pub use record::GatherRecord;
-pub use reflection::Reflection;
+pub use record::{Arrival, GatherRecord};

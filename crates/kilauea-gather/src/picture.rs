@@ -55,7 +55,6 @@ impl PictureEstimate {
         }
         let mean = (total / n_samples) as f32;
         // NaN without samples.
-        // NaN without samples.
         if mean.is_nan() || mean <= 0.0 {
             return None;
         }

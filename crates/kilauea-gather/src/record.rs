@@ -1,4 +1,15 @@
-use kilauea_math::{Spectrum, Vec3};
+use kilauea_math::Vec3;
+
+/// Light that was found along a direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// Unit direction from which it came.
+    pub wi: Vec3,
+    /// Estimate of the irradiance by it: `L |cos θ| / pdf` in luminance; 0 where no light came.
+    pub irradiance: f32,
+    /// Density per solid angle with which `wi` was drawn.
+    pub pdf: f32,
+}
 
 /// What a path learnt where it scattered, once it had ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -7,30 +18,31 @@ pub struct GatherRecord {
     pub p: Vec3,
     /// Unit shading normal on the side that is seen.
     pub n: Vec3,
-    /// Unit direction that it took, from which the light came.
-    pub wi: Vec3,
-    /// Estimate of the irradiance by light along `wi`: `L |cos θ| / pdf` in luminance; 0 where no
-    /// light came, or where the path ended.
-    pub irradiance: f32,
-    /// Density per solid angle with which `wi` was drawn.
-    pub pdf: f32,
-    /// Estimate of the radiance that leaves toward the viewer for light that came along paths, per
-    /// albedo of the surface.
-    pub radiance: Spectrum,
-    /// Rays that the path traced from there on.
-    pub n_rays: f32,
+    /// What it found by going on.
+    pub arrival: Arrival,
+    /// Column and row of its pixel.
+    pub pixel: [i32; 2],
+    /// Luminance that the pixel got of what it found.
+    pub brought: f32,
 }
 
-impl GatherRecord {
+impl Arrival {
     /// Whether it says anything: no NaN, no infinity, nothing negative.
     pub(crate) fn is_sound(&self) -> bool {
-        let vectors = [self.p, self.n, self.wi];
-        vectors.iter().all(|v| v.is_finite())
+        self.wi.is_finite()
             && self.irradiance.is_finite()
             && self.irradiance >= 0.0
             && self.pdf.is_finite()
             && self.pdf > 0.0
-            && self.radiance.is_finite()
-            && self.n_rays.is_finite()
+    }
+}
+
+impl GatherRecord {
+    /// As [`Arrival::is_sound`].
+    pub(crate) fn is_sound(&self) -> bool {
+        self.arrival.is_sound()
+            && self.p.is_finite()
+            && self.n.is_finite()
+            && self.brought.is_finite()
     }
 }

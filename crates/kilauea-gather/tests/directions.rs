@@ -3,8 +3,8 @@
 
 #![forbid(unsafe_code)]
 
-use kilauea_gather::{DirectionTree, GatherRecord};
-use kilauea_math::{Frame, Spectrum, Vec2, Vec3, warp};
+use kilauea_gather::{Arrival, DirectionTree};
+use kilauea_math::{Frame, Vec2, Vec3, warp};
 use kilauea_testing::{Directions, Draw, Family, compare, uniforms};
 use std::f32::consts::PI;
 
@@ -15,23 +15,19 @@ fn square(stream: u32, i: u32) -> Vec2 {
 }
 
 /// What a uniformly chosen direction finds in a field of radiance.
-fn record(stream: u32, i: u32, radiance: impl Fn(Vec3) -> f32) -> GatherRecord {
+fn arrival(stream: u32, i: u32, radiance: impl Fn(Vec3) -> f32) -> Arrival {
     let wi = warp::uniform_sphere(square(stream, i));
     let pdf = 0.25 / PI;
-    GatherRecord {
-        p: Vec3::ZERO,
-        n: Vec3::Z,
+    Arrival {
         wi,
         irradiance: radiance(wi) * wi.z.abs() / pdf,
         pdf,
-        radiance: Spectrum::ONE,
-        n_rays: 2.0,
     }
 }
 
 fn fit(n: u32, radiance: impl Fn(Vec3) -> f32) -> DirectionTree {
-    let records: Vec<_> = (0..n).map(|i| record(7, i, &radiance)).collect();
-    DirectionTree::fit(&records).expect("light arrives")
+    let arrivals: Vec<_> = (0..n).map(|i| arrival(7, i, &radiance)).collect();
+    DirectionTree::fit(&arrivals).expect("light arrives")
 }
 
 /// Light from a cone, over dim light from everywhere.
@@ -44,14 +40,14 @@ fn draws_have_the_stated_density() {
     let mut family = Family::new("direction trees");
     let axes = [Vec3::Z, -Vec3::Z, Vec3::new(0.6, -0.64, 0.48), Vec3::X];
     for (stream, axis) in (20..).zip(axes) {
-        for n_records in [1, 20_000] {
-            let tree = fit(n_records, window(axis, 0.9));
+        for n_arrivals in [1, 20_000] {
+            let tree = fit(n_arrivals, window(axis, 0.9));
             let draw = |i| Draw::At(tree.sample(square(stream, i)));
             let density = |wi| f64::from(tree.pdf(wi));
             let sphere = Directions::around(axis, std::f64::consts::PI);
             let found = compare(&sphere, N_DRAWS, draw, density);
             family.add(
-                format!("{n_records} records around {axis}"),
+                format!("{n_arrivals} arrivals around {axis}"),
                 found.p_value(),
             );
         }
@@ -92,26 +88,26 @@ fn drawing_from_a_fit_beats_drawing_from_the_cosine() {
 }
 
 #[test]
-fn records_without_light_make_no_tree() {
-    let dark = record(7, 0, |_| 0.0);
-    let broken = GatherRecord {
+fn arrivals_without_light_make_no_tree() {
+    let dark = arrival(7, 0, |_| 0.0);
+    let broken = Arrival {
         irradiance: f32::NAN,
         ..dark
     };
-    let infinite = GatherRecord {
+    let infinite = Arrival {
         irradiance: f32::INFINITY,
         ..dark
     };
-    let astray = GatherRecord {
+    let astray = Arrival {
         irradiance: 1.0,
         wi: Vec3::NAN,
         ..dark
     };
-    for records in [&[][..], &[dark], &[broken], &[infinite], &[astray]] {
-        assert_eq!(DirectionTree::fit(records), None);
+    for arrivals in [&[][..], &[dark], &[broken], &[infinite], &[astray]] {
+        assert_eq!(DirectionTree::fit(arrivals), None);
     }
     // One that is sound among them does.
-    let lit = record(7, 0, |_| 1.0);
+    let lit = arrival(7, 0, |_| 1.0);
     let alone = DirectionTree::fit(&[lit]);
     assert!(alone.is_some());
     assert_eq!(DirectionTree::fit(&[broken, lit, astray]), alone);

@@ -14,9 +14,8 @@ use crate::RenderError;
 use crate::camera::RayGenerator;
 use crate::caustics::CausticPlan;
 use crate::conditions::Conditions;
-use crate::gather::GatherEstimate;
 use crate::integrator::{
-    Air, Blame, Faults, Guide, Means, Media, MediumStack, Merge, PathIntegrator, RayCone,
+    Air, Blame, Faults, Guide, Guided, Media, MediumStack, Merge, PathIntegrator, RayCone,
     RayCounts, RayTracer, Unguided, Unmerged, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
@@ -76,8 +75,8 @@ pub(crate) struct Outcome {
     pub(crate) render_secs: f64,
     pub(crate) shades: Shades,
     pub(crate) gather: GatherStats,
-    /// What final paths do with what was found.
-    pub(crate) means: Means,
+    /// Whether final paths draw directions from it.
+    pub(crate) is_guided: bool,
     pub(crate) caustics: CausticStats,
 }
 
@@ -138,13 +137,13 @@ impl Frame {
     /// Takes all samples by paths that know what light there is, where that pays.
     fn run_guided(&self) -> Result<(), RenderError> {
         let integrator = self.integrator::<true, _>(self.camera_media());
-        let estimate = match self.estimate_gather(integrator, &self.tracer()) {
-            Ok(estimate) => estimate,
+        let field = match self.estimate_gather(integrator, &self.tracer()) {
+            Ok(field) => field,
             Err(error) => return self.stopped_by(error),
         };
         self.lock_outcome().gather_secs = self.start.elapsed().as_secs_f64();
-        match estimate.as_ref().and_then(GatherEstimate::guide) {
-            Some(guide) => self.run_all(integrator.guided_by(guide)),
+        match &field {
+            Some(field) => self.run_all(integrator.guided_by(Guided { field })),
             None => self.run_path(),
         }
     }
@@ -202,7 +201,7 @@ impl Frame {
     fn run_merging(&self, plan: &CausticPlan<'_>) -> Result<(), RenderError> {
         let integrator = self.integrator::<true, _>(self.camera_media());
         for pass in 0..self.passes.n_passes() {
-            if self.is_over() || self.is_late() {
+            if self.is_clean() || self.is_over() || self.is_late() {
                 break;
             }
             // Others may have finished the pass before this frame began.
@@ -321,6 +320,11 @@ impl Frame {
         let is_settled =
             |noise: &NoiseGate| noise.is_settled(tile, pixel, self.passes.tile_width(tile));
         self.noise.as_ref().is_some_and(is_settled)
+    }
+
+    /// Whether all pixels are clean enough.
+    pub(crate) fn is_clean(&self) -> bool {
+        self.noise.as_ref().is_some_and(NoiseGate::is_all_settled)
     }
 
     /// Notes that some pixels are through a pass, and looks at their tile if they are its last.

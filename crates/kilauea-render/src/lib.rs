@@ -12,6 +12,7 @@ mod check;
 mod collect;
 mod conditions;
 mod error;
+mod follow;
 mod frame;
 mod gather;
 mod geometry;

@@ -63,10 +63,8 @@ scene_needs! {
     /// Layers are recorded that describe surfaces: normals, positions, albedo, ids.
     surface_layers,
     /// Directions are drawn from where earlier paths found light: where that pays, so that it is
-    /// known only after a frame. With the next one, for the integrator `kilauea` alone.
+    /// known only after a frame. For the integrator `kilauea` alone.
     guided_directions,
-    /// Paths end by what earlier paths found.
-    residual_roulette,
 }
 
 impl SceneNeeds {
@@ -107,7 +105,6 @@ impl SceneNeeds {
             lens: scene.camera.lens_radius > 0.0,
             surface_layers: true,
             guided_directions: false,
-            residual_roulette: false,
         }
     }
 

@@ -5,7 +5,7 @@
 //! own sums alone, so that the picture is the same on any number of threads, and wherever the tile
 //! is computed.
 
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU16, Ordering};
 
 use kilauea_film::{Film, Tile};
 
@@ -24,7 +24,7 @@ const DARK_SQ: f64 = 0.01;
 pub(crate) struct NoiseGate {
     threshold_sq: f64,
     /// By tile: a bit for each block that needs no more samples.
-    settled: Vec<AtomicU64>,
+    settled: Vec<AtomicU16>,
 }
 
 /// A sum of squared errors over pixels.
@@ -39,7 +39,7 @@ impl NoiseGate {
     pub(crate) fn new(film: &Film, threshold: f32) -> Self {
         Self {
             threshold_sq: f64::from(threshold).powi(2),
-            settled: (0..film.n_tiles()).map(|_| AtomicU64::new(0)).collect(),
+            settled: (0..film.n_tiles()).map(|_| AtomicU16::new(0)).collect(),
         }
     }
 
@@ -51,7 +51,7 @@ impl NoiseGate {
         let bounds = tile.bounds();
         let width = (bounds.max[0] - bounds.min[0]) as u32;
         let mut blocks = [ErrorSum::default(); N_BLOCKS];
-        let mut settled = 0;
+        let mut settled = 0_u16;
         for pixel_idx in 0..tile.n_pixels() {
             let block = block_of(pixel_idx as u32, width);
             blocks[block].add(relative_error_sq(tile, pixel_idx), 1);
@@ -67,6 +67,13 @@ impl NoiseGate {
             }
         }
         self.settled[tile_idx as usize].store(settled, Ordering::Relaxed);
+    }
+
+    /// Whether no pixel needs more samples.
+    pub(crate) fn is_all_settled(&self) -> bool {
+        // Blocks that a tile does not have make no noise.
+        let is_settled = |tile: &AtomicU16| tile.load(Ordering::Relaxed) == u16::MAX;
+        self.settled.iter().all(is_settled)
     }
 
     /// Whether a pixel of a tile that is so wide needs no more samples.

@@ -14,7 +14,7 @@ use crate::stats::{Memory, Rays, RenderStats, SceneSize, Textures, Times, peak_r
 impl Frame {
     /// What was rendered, once rendering has stopped.
     pub(crate) fn into_result(self) -> Result<RenderResult, RenderError> {
-        let pixels_stopped = self.n_pixels_stopped();
+        let (pixels_stopped, is_clean) = (self.n_pixels_stopped(), self.is_clean());
         let outcome = self
             .outcome
             .into_inner()
@@ -25,8 +25,7 @@ impl Frame {
         let prepared = &*self.prepared;
         let full_passes = self.passes.n_done();
         let (needs, skipped) = SceneNeeds {
-            guided_directions: self.needs.guided_directions || outcome.means.directions,
-            residual_roulette: self.needs.residual_roulette || outcome.means.roulette,
+            guided_directions: self.needs.guided_directions || outcome.is_guided,
             ..self.needs
         }
         .names();
@@ -91,7 +90,7 @@ impl Frame {
             set: prepared.set.as_ref().map(|set| self.traffic.stats(set)),
             needs,
             skipped,
-            is_complete: full_passes == self.passes.n_passes(),
+            is_complete: full_passes == self.passes.n_passes() || is_clean,
             full_passes,
             warnings,
         };

@@ -139,13 +139,12 @@ pub struct GatherStats {
     pub cells: u64,
     /// Bytes that all cells take.
     pub bytes: u64,
+    /// What directions from cells promise by the records of plain paths: the second moment of what
+    /// vertices bring without them, over that with them; zero where that tells nothing.
+    pub forecast: f32,
     /// Efficiency, one over variance and cost, of paths whose directions come from cells, over that
-    /// of plain paths; zero where it was not measured, as in the next two.
+    /// of plain paths; zero where it was not measured.
     pub efficiency_of_directions: f32,
-    /// Of paths that end by residual roulette.
-    pub efficiency_of_roulette: f32,
-    /// Of paths that do both.
-    pub efficiency_of_both: f32,
 }
 
 /// What photons did for the caustics of a frame.

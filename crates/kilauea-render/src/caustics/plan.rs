@@ -9,7 +9,9 @@ use crate::RenderError;
 use crate::frame::Frame;
 use crate::light::Emitter;
 use crate::needs::moves;
-use crate::photon::{IMPORTON_BLOCK, N_PILOT, PhotonRequest, Pilot, pilot, trace_caustic_photons};
+use crate::photon::{
+    IMPORTON_BLOCK, N_PILOT, PhotonRequest, Pilot, pilot, trace_caustic_photons, trace_photons,
+};
 
 /// How a frame's caustics are found by photons.
 pub(crate) struct CausticPlan<'a> {
@@ -24,6 +26,8 @@ pub(crate) struct CausticPlan<'a> {
 
 /// Paths that lights send out for each sample of a pixel: measured, see decision 022.
 const EMITTED_PER_PIXEL: u32 = 1;
+/// A frame of few photons aims by one in so many more.
+const PILOT_SHARE: u32 = 8;
 /// Apart from the numbers of all samples, whose photons have seeds by them.
 const AIMED_PILOT: u32 = u32::MAX;
 
@@ -58,44 +62,53 @@ impl<'a> CausticPlan<'a> {
         if prepared.scene.prototypes.iter().any(moves) {
             return skip("something moves while the shutter is open");
         }
+        let n_per_sample = n_per_sample(settings);
+        let max_specular = settings.max_depth.div_ceil(2);
+        let plan = |emitter, first_radius| Self {
+            emitter,
+            n_per_sample,
+            first_radius,
+            max_specular,
+        };
         let request = pilot_request(settings, frame.n_threads);
+        // Where only caustics count.
+        let caustic_request = PhotonRequest {
+            max_depth: max_specular + 1,
+            ..request
+        };
+        if let Some(radius) = settings.photons.radius {
+            let n_emitted = n_per_sample.saturating_mul(settings.samples_per_pixel) / PILOT_SHARE;
+            let request = PhotonRequest {
+                n_emitted: n_emitted.min(N_PILOT),
+                ..caustic_request
+            };
+            let traced = trace_photons(prepared, &request)?;
+            frame.lock_outcome().add_photons(&traced);
+            return Ok(Ok(plan(emitter.aimed_by(&traced.caustic_rays), radius)));
+        }
+
+        // Do photons pay, and where do they have to go?
         let Pilot {
             importons,
             traced,
             benefit,
         } = pilot(prepared, settings.resolution, &request)?;
         frame.lock_outcome().add_photons(&traced);
-        if settings.photons.radius.is_none()
-            && let Some(reason) = benefit.why_no_caustics()
-        {
+        if let Some(reason) = benefit.why_no_caustics() {
             return Ok(Err(vec![reason]));
         }
-        let mut plan = Self {
-            emitter: emitter.aimed_by(&traced.caustic_rays),
-            n_per_sample: n_per_sample(settings),
-            first_radius: 0.0,
-            max_specular: settings.max_depth.div_ceil(2),
-        };
-        if let Some(radius) = settings.photons.radius {
-            return Ok(Ok(Self {
-                first_radius: radius,
-                ..plan
-            }));
-        }
-        // As dense as the photons of a pass are going to be.
+        let emitter = emitter.aimed_by(&traced.caustic_rays);
+
+        // How dense are they then?
         let request = PhotonRequest {
-            max_depth: plan.max_specular + 1,
             seed: combine(settings.seed, AIMED_PILOT),
-            ..request
+            ..caustic_request
         };
-        let aimed = trace_caustic_photons(prepared, &plan.emitter, &request)?;
+        let aimed = trace_caustic_photons(prepared, &emitter, &request)?;
         frame.lock_outcome().add_photons(&aimed);
-        let (photons, n_per_sample) = (&aimed.photons, plan.n_per_sample);
+        let photons = &aimed.photons;
         match first_radius(&importons, photons, N_PILOT, n_per_sample, IMPORTON_BLOCK) {
-            Some(radius) => {
-                plan.first_radius = radius;
-                Ok(Ok(plan))
-            }
+            Some(radius) => Ok(Ok(plan(emitter, radius))),
             None => skip("too few arrive where they are seen"),
         }
     }

@@ -1,13 +1,11 @@
 //! One pass of training paths, spread evenly over the picture.
 
-use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
-
 use kilauea_gather::{GatherRecord, PictureSample};
 use kilauea_math::hash::combine;
 use kilauea_scene::DataWindow;
-use kilauea_spot::{Context, Job, Pool, Program, Runtime};
+use kilauea_spot::{Context, Program};
 
+use crate::follow::Follow;
 use crate::frame::Frame;
 use crate::integrator::{
     Answer, Guide, Media, PathTrail, Question, RayTally, Training, Unmerged, n_rays,
@@ -18,8 +16,6 @@ use crate::samples::{PixelSampler, SampleStart, SampledPixel};
 
 /// Apart from all seeds of pictures.
 const TRAINING_SEED: u32 = 0x7472_6169;
-/// Columns and rows of blocks that a root takes.
-const BLOCKS_PER_ROOT: u32 = 64;
 
 /// Blocks of pixels of which one pixel each is looked at.
 pub(super) struct TrainingGrid {
@@ -28,7 +24,7 @@ pub(super) struct TrainingGrid {
     /// Pixels on the side of a block.
     stride: i32,
     n_columns: u32,
-    n_blocks: u32,
+    pub(super) n_blocks: u32,
     samples_per_block: u32,
     seed: u32,
     sampler: SamplerTables,
@@ -73,112 +69,54 @@ impl TrainingGrid {
     }
 }
 
-/// The program of a training pass: a SPOT traces the paths of some blocks, one after the other.
-pub(super) struct TrainingProgram<'f, const CUTOUTS: bool, M> {
+/// Follows the paths of a block, one after the other.
+pub(super) struct TrainingPaths<'f, const CUTOUTS: bool, M> {
     pub(super) sampler: PixelSampler<'f, CUTOUTS, M, Training<'f>, Unmerged>,
     pub(super) grid: &'f TrainingGrid,
 }
 
-/// What a SPOT found.
+/// What paths of some blocks found.
 #[derive(Default)]
 pub(super) struct Trained {
-    records: Vec<GatherRecord>,
-    samples: Vec<PictureSample>,
-    counts: RayTally,
+    pub(super) records: Vec<GatherRecord>,
+    pub(super) samples: Vec<PictureSample>,
+    pub(super) counts: RayTally,
 }
 
-impl<const CUTOUTS: bool, M: Media> Program for TrainingProgram<'_, CUTOUTS, M> {
-    type Work = Range<u32>;
-    type Output = Trained;
-    type Question = Question;
-    type Answer = Answer;
+impl<const CUTOUTS: bool, M: Media> Follow for TrainingPaths<'_, CUTOUTS, M> {
+    type Left = Trained;
 
-    fn starter<'a, R: Runtime<'a, Self>>(
-        &'a self,
-        runtime: &R,
-    ) -> impl Fn(Range<u32>, R::Context) -> R::Started {
-        let blocks = runtime.pool("training paths");
-        move |run, cx| blocks.start(self.trace_blocks(run, cx))
-    }
-}
-
-impl<const CUTOUTS: bool, M: Media> TrainingProgram<'_, CUTOUTS, M> {
-    async fn trace_blocks<C: Context<Self>>(&self, blocks: Range<u32>, cx: C) -> Trained {
+    async fn follow<P, C>(&self, block: u32, trained: &mut Trained, cx: &C)
+    where
+        P: Program<Question = Question, Answer = Answer>,
+        C: Context<P>,
+    {
         let PixelSampler { frame, integrator } = &self.sampler;
         let _stop = StopOnPanic(frame);
-        let mut trained = Trained::default();
+        if frame.is_over() || frame.is_late() {
+            return;
+        }
+        let pixel = self.grid.pixel(block);
         let mut trail = PathTrail::default();
-        let mut n_rays_before = 0;
-        for block in blocks {
-            if frame.is_over() || frame.is_late() {
-                break;
-            }
-            let pixel = self.grid.pixel(block);
-            integrator.guide.begin(&mut trail, pixel.position);
-            for sample_idx in 0..self.grid.samples_per_block {
-                let SampleStart { ray, sampler, .. } = self.sampler.start(&pixel, sample_idx);
-                let counts = &mut trained.counts;
-                let path = integrator.start(ray);
-                let out = integrator
-                    .trace(path, sampler, counts, &mut trail, &cx)
-                    .await;
-                trail.end(&out, counts, &mut trained.records);
-                let n_rays = n_rays(counts);
-                trained.samples.push(PictureSample {
-                    pixel: pixel.position,
-                    luminance: out.light().luminance(),
-                    n_rays: (n_rays - std::mem::replace(&mut n_rays_before, n_rays)) as f32,
-                });
-            }
+        integrator.guide.begin(&mut trail, pixel.position);
+        for sample_idx in 0..self.grid.samples_per_block {
+            let SampleStart { ray, sampler, .. } = self.sampler.start(&pixel, sample_idx);
+            let n_rays_before = n_rays(&trained.counts);
+            let out = integrator
+                .trace(
+                    integrator.start(ray),
+                    sampler,
+                    &mut trained.counts,
+                    &mut trail,
+                    cx,
+                )
+                .await;
+            trail.end(&out, &mut trained.records);
+            trained.samples.push(PictureSample {
+                pixel: pixel.position,
+                luminance: out.light().luminance(),
+                n_rays: (n_rays(&trained.counts) - n_rays_before) as f32,
+            });
         }
-        trained
-    }
-}
-
-/// All blocks of a grid, in roots of so many.
-pub(super) struct TrainingJob<'f> {
-    frame: &'f Frame,
-    n_blocks: u32,
-    /// By the number of the root.
-    found: Mutex<Vec<Trained>>,
-}
-
-impl<'f> TrainingJob<'f> {
-    pub(super) fn new(frame: &'f Frame, grid: &TrainingGrid) -> Self {
-        let n_roots = grid.n_blocks.div_ceil(BLOCKS_PER_ROOT) as usize;
-        Self {
-            frame,
-            n_blocks: grid.n_blocks,
-            found: Mutex::new((0..n_roots).map(|_| Trained::default()).collect()),
-        }
-    }
-
-    /// What all paths found, in the order of the picture.
-    pub(super) fn into_found(self) -> (Vec<GatherRecord>, Vec<PictureSample>) {
-        let found = self.found.into_inner();
-        let mut all = (Vec::new(), Vec::new());
-        for trained in found.unwrap_or_else(PoisonError::into_inner) {
-            all.0.extend(trained.records);
-            all.1.extend(trained.samples);
-        }
-        all
-    }
-}
-
-impl<P: Program<Work = Range<u32>, Output = Trained>> Job<P> for TrainingJob<'_> {
-    fn root(&self, number: u64) -> Option<Range<u32>> {
-        let first = u32::try_from(number).ok()?.checked_mul(BLOCKS_PER_ROOT)?;
-        let last = (first + BLOCKS_PER_ROOT).min(self.n_blocks);
-        (first < self.n_blocks && !self.frame.is_late()).then_some(first..last)
-    }
-
-    fn done(&self, number: u64, trained: Trained) {
-        self.frame.lock_outcome().counts.add(trained.counts);
-        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
-        found[number as usize] = trained;
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.frame.is_cancelled()
     }
 }

@@ -160,8 +160,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                         Box::pin(self.bring_tiles(absent, &path, (&hit, carried), cx)).await;
                     }
                 }
-                let (vertex, knowledge) =
-                    self.arrive(&mut out, &mut path, depth, (&hit, carried), trail);
+                let (vertex, knowledge) = self.arrive(&mut out, &mut path, depth, (&hit, carried));
                 if depth == self.max_depth {
                     break;
                 }
@@ -192,7 +191,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                     path.throughput
                         .add_indirect(&mut out, depth, diffuse, specular);
                 }
-                G::depart(trail, &out, counts);
+                G::depart(trail, &out);
                 if scattered.path.is_black() {
                     break;
                 }
@@ -312,7 +311,6 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         path: &mut Path<M, X::Eye>,
         depth: u32,
         (hit, carried): (&Hit, Option<&'s Carried>),
-        trail: &G::Trail,
     ) -> (Vertex<'s, M>, G::Knowledge)
     where
         'a: 's,
@@ -353,7 +351,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             }
         }
         // Here, as a vertex that was looked at would be kept for as long as its shade waits.
-        let knowledge = self.guide.at(trail, vertex.receiver());
+        let knowledge = self.guide.at(vertex.receiver());
         (vertex, knowledge)
     }
 

@@ -6,10 +6,11 @@ use kilauea_math::Spectrum;
 use kilauea_math::hash::unit_f32;
 
 use super::cone::RayCone;
-use super::guide::{Guide, Knowledge, Roulette};
+use super::guide::{Guide, Knowledge};
 use super::media::{Boundary, Media};
 use super::path_light::PathLight;
 use super::path_sample::PathSample;
+use super::roulette::survival;
 use super::throughput::Throughput;
 use crate::geometry::Interaction;
 use crate::light::{Emitted, Receiver};
@@ -94,7 +95,7 @@ impl<M: Media, E> Path<M, E> {
         let throughput = &mut self.throughput;
         let receiver = vertex.receiver();
         let arriving = throughput.arriving(depth) * vertex.passed;
-        G::leave(trail, receiver, bsdf, sample.as_ref(), arriving);
+        G::leave(trail, receiver, sample.as_ref(), arriving);
         let Some(sample) = sample else {
             return PathLight::NOTHING;
         };
@@ -113,19 +114,12 @@ impl<M: Media, E> Path<M, E> {
         }
 
         // End dim paths by chance.
-        let mut light = PathLight::BY_PATH;
-        if let Some(roulette) = knowledge.roulette(depth, bsdf, arriving, throughput.total(depth)) {
-            let Roulette { survival, estimate } = roulette;
-            let has_ended = unit_f32(sampler.key(0x8000_0000 | depth)) >= survival;
-            let weight = if has_ended { 0.0 } else { 1.0 / survival };
-            if let Some(estimate) = estimate {
-                light.estimate = (estimate * vertex.passed * (1.0 - weight)).into();
+        let survival = survival(depth, throughput.total(depth));
+        if survival < 1.0 {
+            if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
+                return PathLight::NOTHING;
             }
-            if has_ended {
-                light.goes_on = false;
-                return light;
-            }
-            throughput.scale_last(depth, Spectrum::splat(weight));
+            throughput.scale_last(depth, Spectrum::splat(1.0 / survival));
         } else if throughput.total(depth).is_black() {
             return PathLight::NOTHING;
         }
@@ -137,7 +131,7 @@ impl<M: Media, E> Path<M, E> {
         self.media.depart();
         let interaction = &vertex.interaction;
         self.ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
-        light
+        PathLight::BY_PATH
     }
 
     /// Adds emission met by the ray, which left its vertex after `depth` events, of which the

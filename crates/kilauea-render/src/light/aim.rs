@@ -5,7 +5,7 @@
 //! from infinity the place. A share of either is left as it was, so that what no earlier photon met
 //! is still found; the density of photons is that of the mixture.
 
-use kilauea_gather::{DirectionTree, GatherRecord};
+use kilauea_gather::{Arrival, DirectionTree};
 use kilauea_math::{Bounds3, Vec2, Vec3};
 
 use super::light_choice::LightChoice;
@@ -60,8 +60,8 @@ impl Target {
             };
             return LitBox::new(bounds).map_or(Self::Anywhere, Self::Place);
         }
-        let records: Vec<GatherRecord> = rays.iter().map(CausticRay::record).collect();
-        DirectionTree::fit(&records).map_or(Self::Anywhere, Self::Directions)
+        let arrivals: Vec<Arrival> = rays.iter().map(CausticRay::arrival).collect();
+        DirectionTree::fit(&arrivals).map_or(Self::Anywhere, Self::Directions)
     }
 
     /// A unit direction of a finite source with its density, which alone chooses by `sample` with
@@ -121,16 +121,12 @@ impl Target {
 }
 
 impl CausticRay {
-    /// The ray as an arrival of light from where it goes to.
-    fn record(&self) -> GatherRecord {
-        GatherRecord {
-            p: self.p_met,
-            n: self.dir,
+    /// The ray as light that arrives from where it goes to.
+    fn arrival(&self) -> Arrival {
+        Arrival {
             wi: self.dir,
             irradiance: self.luminance,
             pdf: self.density,
-            radiance: kilauea_math::Spectrum::BLACK,
-            n_rays: 0.0,
         }
     }
 }
@@ -144,18 +140,12 @@ pub(super) fn choice_by_caustics(
     source: impl Fn(u32) -> usize,
     rays: &[CausticRay],
 ) -> LightChoice {
-    let sum_by_source = |values: &mut dyn Iterator<Item = (u32, f32)>| {
-        let mut sums = vec![0.0_f64; n_sources];
-        for (light, value) in values {
-            sums[source(light)] += f64::from(value);
-        }
-        let total: f64 = sums.iter().sum();
-        sums.into_iter()
-            .map(|sum| if total > 0.0 { sum / total } else { 0.0 })
-            .collect::<Vec<f64>>()
-    };
-    let emitted = sum_by_source(&mut (0..n_lights).map(|l| (l, choice.probability(l))));
-    let brought = sum_by_source(&mut rays.iter().map(|ray| (ray.light, ray.luminance)));
+    let probabilities = (0..n_lights).map(|light| (source(light), choice.probability(light)));
+    let emitted = shares(n_sources, probabilities);
+    let brought = shares(
+        n_sources,
+        rays.iter().map(|ray| (source(ray.light), ray.luminance)),
+    );
     LightChoice::new((0..n_lights).map(|light| {
         let source = source(light);
         let gain = if emitted[source] > 0.0 {
@@ -165,6 +155,20 @@ pub(super) fn choice_by_caustics(
         };
         choice.probability(light) * (1.0 - CHOSEN_SHARE + CHOSEN_SHARE * gain)
     }))
+}
+
+/// The share that each of so many sources has in the sum of all values.
+fn shares(n_sources: usize, values: impl Iterator<Item = (usize, f32)>) -> Vec<f64> {
+    let mut shares = vec![0.0; n_sources];
+    let mut total = 0.0;
+    for (source, value) in values {
+        shares[source] += f64::from(value);
+        total += f64::from(value);
+    }
+    for share in &mut shares {
+        *share = if total > 0.0 { *share / total } else { 0.0 };
+    }
+    shares
 }
 
 /// Whether light is aimed, and what that choice leaves of the random numbers.

@@ -6,10 +6,10 @@ use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_spot::{Context, Program};
 
 use super::MIN_ROUGHNESS;
-use super::follow::{Follow, Workforce, follow_all};
 use super::surfaces::{Surfaces, Traveller, Vertex};
 use crate::RenderError;
 use crate::camera::RayGenerator;
+use crate::follow::{Follow, Workforce, follow_all};
 use crate::integrator::{Air, Answer, Blame, Media, MediumStack, Question, RayTracer};
 use crate::prepared::PreparedScene;
 use crate::sampler::{PixelSequence, Purpose, Sampler, SamplerTables};

@@ -9,7 +9,6 @@
 
 mod benefit;
 mod counts;
-mod follow;
 mod history;
 mod horizons;
 mod importon;

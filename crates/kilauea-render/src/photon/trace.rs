@@ -4,9 +4,9 @@ use kilauea_photon::Photon;
 use kilauea_scene::Shading;
 
 use super::counts::PhotonCounts;
-use super::follow::{Workforce, follow_all};
 use super::tracer::PhotonTracer;
 use crate::RenderError;
+use crate::follow::{Workforce, follow_all};
 use crate::integrator::{Air, Blame, Media, MediumStack, RayTracer};
 use crate::light::{CausticRay, Emitter};
 use crate::prepared::PreparedScene;

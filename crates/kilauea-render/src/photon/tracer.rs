@@ -4,13 +4,13 @@ use kilauea_math::{Spectrum, Vec3};
 use kilauea_photon::{LightSubpath, Photon, PhotonClass};
 use kilauea_spot::{Context, Program};
 
-use super::follow::Follow;
 use super::history::History;
 use super::meeting::Meeting;
 use super::scatter::{ScatteredLight, sample_adjoint};
 use super::surfaces::{Surfaces, Traveller, Vertex};
 use super::trace::Kept;
 use super::{MIN_ROUGHNESS, PhotonCounts, PhotonRequest, is_specular};
+use crate::follow::Follow;
 use crate::integrator::{Answer, Blame, Media, Question, RayTracer};
 use crate::light::{CausticRay, EmittedPhoton, Emitter, Receiver};
 use crate::needs::SceneNeeds;

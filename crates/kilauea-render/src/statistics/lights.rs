@@ -31,6 +31,42 @@ pub(crate) fn turned() -> DMat4 {
         * DMat4::from_rotation_x(-0.4)
 }
 
+/// There, stretched along the light's axes.
+pub(crate) fn scaled(x: f64, y: f64, z: f64) -> DMat4 {
+    turned() * DMat4::from_scale(DVec3::new(x, y, z))
+}
+
+/// Takes the right angles away from a light; areas in its xy plane grow by a factor of 1.08.
+pub(crate) fn shear() -> DMat4 {
+    DMat4::from_cols_array_2d(&[
+        [1.0, 0.4, 0.0, 0.0],
+        [0.3, 1.2, 0.0, 0.0],
+        [0.1, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+    ])
+}
+
+pub(crate) const RECT: LightShape = LightShape::Rect {
+    width: 1.2,
+    height: 0.7,
+};
+pub(crate) const DISK: LightShape = LightShape::Disk { radius: 0.5 };
+pub(crate) const SPHERE: LightShape = LightShape::Sphere { radius: 0.5 };
+pub(crate) const CYLINDER: LightShape = LightShape::Cylinder {
+    radius: 0.15,
+    length: 1.4,
+};
+
+/// A soft cone that is brightest along its axis.
+pub(crate) fn shaping() -> Shaping {
+    Shaping {
+        cone_angle_degrees: 40.0,
+        cone_softness: 0.3,
+        focus: 2.0,
+        focus_tint: Spectrum::BLACK,
+    }
+}
+
 /// A scene of one light at the place of [`turned`].
 struct Case {
     name: String,
@@ -98,30 +134,10 @@ pub(crate) fn sunny() -> TileFile {
 }
 
 fn cases() -> Vec<Case> {
-    let scaled = |x, y, z| turned() * DMat4::from_scale(DVec3::new(x, y, z));
-    let shear = DMat4::from_cols_array_2d(&[
-        [1.0, 0.4, 0.0, 0.0],
-        [0.3, 1.2, 0.0, 0.0],
-        [0.1, 0.0, 1.0, 0.0],
-        [0.0, 0.0, 0.0, 1.0],
-    ]);
-    let rect = LightShape::Rect {
-        width: 1.2,
-        height: 0.7,
-    };
-    let disk = LightShape::Disk { radius: 0.5 };
-    let sphere = LightShape::Sphere { radius: 0.5 };
-    let cylinder = LightShape::Cylinder {
-        radius: 0.15,
-        length: 1.4,
-    };
+    let shear = shear();
+    let (rect, disk, sphere, cylinder) = (RECT, DISK, SPHERE, CYLINDER);
     let distant = |angle_degrees| LightShape::Distant { angle_degrees };
-    let shaping = Shaping {
-        cone_angle_degrees: 40.0,
-        cone_softness: 0.3,
-        focus: 2.0,
-        focus_tint: Spectrum::BLACK,
-    };
+    let shaping = shaping();
     let mut cases: Vec<Case> = [
         ("rect", Size::Radius(0.7), light(rect, turned())),
         (

@@ -3,81 +3,44 @@
 //! Simulation"; Müller, Gross & Novák 2017, "Practical Path Guiding").
 
 use kilauea_bsdf::{BsdfSample, SeenBsdf};
-use kilauea_gather::{DirectionTree, GatherField, PathError, PictureEstimate};
-use kilauea_math::{Spectrum, Vec2, Vec3};
+use kilauea_gather::{DirectionTree, GatherField};
+use kilauea_math::{Vec2, Vec3};
 
-use super::{Guide, Knowledge, Roulette};
+use super::{Guide, Knowledge};
 use crate::light::Receiver;
 
-/// Knows what light arrives in each cell.
+/// Knows where light comes from in each cell.
 #[derive(Clone, Copy)]
 pub(crate) struct Guided<'a> {
     pub(crate) field: &'a GatherField,
-    pub(crate) picture: &'a PictureEstimate,
-    /// Of the paths of the picture.
-    pub(crate) error: PathError,
-    pub(crate) means: Means,
-}
-
-/// What is done with what is known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Means {
-    /// Directions are drawn from where light came from.
-    pub(crate) directions: bool,
-    /// Paths end where others found what they would find.
-    pub(crate) roulette: bool,
 }
 
 /// What is known at one place.
 #[derive(Clone, Copy)]
 pub(crate) struct Known<'a> {
-    field: &'a GatherField,
-    receiver: Receiver,
     directions: Option<&'a DirectionTree>,
-    /// Above zero where paths end by what they may still find: what a luminance of one is worth.
-    importance: f32,
 }
 
 /// Fraction of directions drawn from the cell, where all lobes are rough.
-const GUIDED_SHARE: f32 = 0.5;
+pub(crate) const GUIDED_SHARE: f32 = 0.5;
 /// Smoother lobes know better than a cell where their light comes from.
 const MIN_GUIDED_ROUGHNESS: f32 = 0.25;
 
 impl<'a> Guide for Guided<'a> {
     type Knowledge = Known<'a>;
-    /// Of the pixel: see [`Known::importance`].
-    type Trail = f32;
+    type Trail = ();
 
     #[inline]
-    fn begin(&self, importance: &mut f32, pixel: [i32; 2]) {
-        let PathError {
-            relative_variance,
-            n_rays,
-        } = self.error;
-        *importance = if self.means.roulette {
-            self.picture.per_luminance(pixel) * (n_rays / relative_variance).sqrt()
-        } else {
-            0.0
-        };
-    }
-
-    #[inline]
-    fn at(&self, importance: &f32, receiver: Receiver) -> Known<'a> {
-        let directions = if self.means.directions {
-            self.field.directions(receiver.p, receiver.n)
-        } else {
-            None
-        };
+    fn at(&self, receiver: Receiver) -> Known<'a> {
         Known {
-            field: self.field,
-            receiver,
-            directions,
-            importance: *importance,
+            directions: self.field.directions(receiver.p, receiver.n),
         }
     }
 }
 
 impl Known<'_> {
+    pub(super) const NOTHING: Self = Self { directions: None };
+
     /// The distribution, and the fraction of directions to draw from it.
     #[inline]
     fn directions(&self, bsdf: &SeenBsdf) -> Option<(&DirectionTree, f32)> {
@@ -124,24 +87,6 @@ impl Knowledge for Known<'_> {
             Some((directions, share)) => (1.0 - share) * bsdf_pdf + share * directions.pdf(wi),
             None => bsdf_pdf,
         }
-    }
-
-    #[inline]
-    fn roulette(
-        &self,
-        depth: u32,
-        bsdf: &SeenBsdf,
-        arriving: Spectrum,
-        throughput: Spectrum,
-    ) -> Option<Roulette> {
-        if !(self.importance > 0.0 && bsdf.has_smooth_lobes()) {
-            return Roulette::by_throughput(depth, throughput);
-        }
-        let reflection = self.field.reflection(self.receiver.p, self.receiver.n);
-        let albedo = bsdf.albedo();
-        let seen = (arriving * albedo).luminance();
-        let benefit = seen * self.importance * reflection.urgency;
-        Roulette::by_residual(depth, throughput, benefit, albedo * reflection.radiance)
     }
 }
 

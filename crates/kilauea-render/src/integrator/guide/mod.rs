@@ -1,7 +1,6 @@
 //! What paths know beforehand of the light that they look for, and what they leave for others.
 
 mod guided;
-mod roulette;
 mod training;
 mod unguided;
 
@@ -9,10 +8,9 @@ use kilauea_bsdf::{BsdfSample, SeenBsdf};
 use kilauea_math::{Spectrum, Vec3};
 
 use super::path_sample::PathSample;
-use super::ray_counts::RayTally;
 use crate::light::Receiver;
 
-pub(crate) use guided::{Guided, Means};
+pub(crate) use guided::{GUIDED_SHARE, Guided};
 pub(crate) use training::{PathTrail, Training, n_rays};
 pub(crate) use unguided::Unguided;
 
@@ -24,7 +22,7 @@ pub(crate) trait Guide: Copy + Send + Sync {
     type Trail: Default;
 
     /// What is known of a place that a path reaches.
-    fn at(&self, trail: &Self::Trail, receiver: Receiver) -> Self::Knowledge;
+    fn at(&self, receiver: Receiver) -> Self::Knowledge;
 
     /// A path begins in a pixel.
     #[inline]
@@ -36,7 +34,6 @@ pub(crate) trait Guide: Copy + Send + Sync {
     fn leave(
         _trail: &mut Self::Trail,
         _receiver: Receiver,
-        _bsdf: &SeenBsdf,
         _sample: Option<&BsdfSample>,
         _arriving: Spectrum,
     ) {
@@ -44,7 +41,7 @@ pub(crate) trait Guide: Copy + Send + Sync {
 
     /// All that the vertex itself adds to the sample has been added.
     #[inline]
-    fn depart(_trail: &mut Self::Trail, _out: &PathSample, _counts: &RayTally) {}
+    fn depart(_trail: &mut Self::Trail, _out: &PathSample) {}
 }
 
 /// What is known of the light at a vertex.
@@ -57,25 +54,4 @@ pub(crate) trait Knowledge: Copy {
 
     /// Density with which [`Self::sample`] finds `wi`, which the BSDF alone finds with `bsdf_pdf`.
     fn pdf(&self, bsdf: &SeenBsdf, wi: Vec3, bsdf_pdf: f32) -> f32;
-
-    /// How likely a path goes on that has scattered `depth` times before. Of the light that leaves
-    /// the vertex the share `arriving` is seen, of what comes along the path the share `throughput`.
-    /// None where it goes on surely.
-    fn roulette(
-        &self,
-        depth: u32,
-        bsdf: &SeenBsdf,
-        arriving: Spectrum,
-        throughput: Spectrum,
-    ) -> Option<Roulette>;
-}
-
-/// A chance for the path to end.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Roulette {
-    /// Probability of going on; positive.
-    pub(crate) survival: f32,
-    /// What stands for the light that the path would bring, if anything does: of a path that goes
-    /// on, only what differs from it counts.
-    pub(crate) estimate: Option<Spectrum>,
 }

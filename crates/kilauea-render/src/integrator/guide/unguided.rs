@@ -1,7 +1,7 @@
 use kilauea_bsdf::{BsdfSample, SeenBsdf};
-use kilauea_math::{Spectrum, Vec3};
+use kilauea_math::Vec3;
 
-use super::{Guide, Knowledge, Roulette};
+use super::{Guide, Knowledge};
 use crate::light::Receiver;
 
 /// Knows nothing, at no cost.
@@ -13,7 +13,7 @@ impl Guide for Unguided {
     type Trail = ();
 
     #[inline(always)]
-    fn at(&self, (): &(), _: Receiver) -> Self {
+    fn at(&self, _: Receiver) -> Self {
         Self
     }
 }
@@ -32,16 +32,5 @@ impl Knowledge for Unguided {
     #[inline(always)]
     fn pdf(&self, _: &SeenBsdf, _: Vec3, bsdf_pdf: f32) -> f32 {
         bsdf_pdf
-    }
-
-    #[inline(always)]
-    fn roulette(
-        &self,
-        depth: u32,
-        _: &SeenBsdf,
-        _: Spectrum,
-        throughput: Spectrum,
-    ) -> Option<Roulette> {
-        Roulette::by_throughput(depth, throughput)
     }
 }

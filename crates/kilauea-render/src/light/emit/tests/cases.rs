@@ -1,13 +1,15 @@
 //! A scene for each kind of light.
 
-use kilauea_math::{DMat4, DVec3, Spectrum, Vec3};
+use kilauea_math::{DVec3, Vec3};
 use kilauea_scene::{
-    Camera, Light, LightShape, Material, MeshChunk, Prototype, Scene, Shaping, TextureSource,
+    Camera, Light, LightShape, Material, MeshChunk, Prototype, Scene, TextureSource,
 };
 use std::f32::consts::PI;
 
 use crate::light::Emitter;
-use crate::statistics::lights::{light, sunny, turned};
+use crate::statistics::lights::{
+    CYLINDER, DISK, RECT, SPHERE, light, scaled, shaping, shear, sunny, turned,
+};
 use crate::statistics::lit::glowing;
 use crate::{PrepareOptions, PreparedScene};
 
@@ -89,32 +91,11 @@ pub(super) fn block() -> Vec<[Vec3; 3]> {
 }
 
 pub(super) fn cases() -> Vec<Case> {
-    let scaled = |x, y, z| turned() * DMat4::from_scale(DVec3::new(x, y, z));
-    let shear = DMat4::from_cols_array_2d(&[
-        [1.0, 0.4, 0.0, 0.0],
-        [0.3, 1.2, 0.0, 0.0],
-        [0.1, 0.0, 1.0, 0.0],
-        [0.0, 0.0, 0.0, 1.0],
-    ]);
-    let rect = LightShape::Rect {
-        width: 1.2,
-        height: 0.7,
-    };
-    let disk = LightShape::Disk { radius: 0.5 };
-    let sphere = LightShape::Sphere { radius: 0.5 };
-    let cylinder = LightShape::Cylinder {
-        radius: 0.15,
-        length: 1.4,
-    };
+    let shear = shear();
+    let (rect, disk, sphere, cylinder) = (RECT, DISK, SPHERE, CYLINDER);
     let distant = |angle_degrees| LightShape::Distant { angle_degrees };
-    let shaping = Shaping {
-        cone_angle_degrees: 40.0,
-        cone_softness: 0.3,
-        focus: 2.0,
-        focus_tint: Spectrum::BLACK,
-    };
     let shaped = |shape, place| Light {
-        shaping: Some(shaping.clone()),
+        shaping: Some(shaping()),
         ..light(shape, place)
     };
     let pi = f64::from(PI);

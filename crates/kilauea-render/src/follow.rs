@@ -9,7 +9,7 @@ use kilauea_spot::{Bytes, Context, Engine, Job, Pool, Program, Queue, RunError, 
 use crate::integrator::{Answer, Question, RayTracer};
 
 /// Follows paths that depend on nothing but their number.
-pub(super) trait Follow: Sync {
+pub(crate) trait Follow: Sync {
     /// What paths leave behind, one after the other.
     type Left: Default + Send;
 
@@ -23,14 +23,14 @@ pub(super) trait Follow: Sync {
 /// On how many threads paths are followed, and how their questions are answered: neither changes
 /// what they leave.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Workforce {
-    pub(super) n_threads: usize,
-    pub(super) shading: Shading,
+pub(crate) struct Workforce {
+    pub(crate) n_threads: usize,
+    pub(crate) shading: Shading,
 }
 
 impl Workforce {
     /// Threads that answer their own questions.
-    pub(super) fn inline(n_threads: usize) -> Self {
+    pub(crate) fn inline(n_threads: usize) -> Self {
         Self {
             n_threads,
             shading: Shading::Inline,
@@ -40,7 +40,7 @@ impl Workforce {
 
 /// Follows the paths with the numbers from 0 to `n_paths`. What they leave is in the order of their
 /// numbers, some paths together.
-pub(super) fn follow_all<F: Follow, const CUTOUTS: bool>(
+pub(crate) fn follow_all<F: Follow, const CUTOUTS: bool>(
     follower: F,
     n_paths: u32,
     answerer: &RayTracer<'_, CUTOUTS>,
