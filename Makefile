@@ -4,7 +4,7 @@ BIN := .venv/bin
 PYTEST_CORES := --numprocesses auto --dist loadfile
 STAGE := tests/scenes/cornell_box/cornell-box.usda
 
-.PHONY: install render describe references test test-rust test-loom test-python check lint bench ledger clean
+.PHONY: install render describe references test test-rust test-loom test-python test-ray check lint bench ledger clean
 
 $(BIN)/python:
 	$(PYTHON) -m venv .venv
@@ -44,6 +44,11 @@ test-loom:
 test-python: install
 	cd usd_bridge && ../$(BIN)/python -m pytest --quiet $(PYTEST_CORES)
 	$(BIN)/python -m pytest --quiet $(PYTEST_CORES) -c usd_bridge/pyproject.toml --rootdir . pipeline/tests
+
+# On a Ray cluster of three nodes on this machine. Installs Ray, which takes 0.5 GB.
+test-ray: install
+	$(BIN)/python -m pip install --quiet 'ray>=2.60,<2.70'
+	cd usd_bridge && ../$(BIN)/python -m pytest --quiet -W default ray_tests
 
 # Everything that CI runs.
 check: lint test

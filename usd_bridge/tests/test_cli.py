@@ -162,7 +162,11 @@ def test_product_name_is_the_default_output(engine, write_stage, tmp_path):
         (["render", "STAGE", "-o", "DIR/a.exr", "-p", "0"], 2, "not positive"),
         (["render", "STAGE", "-o", "DIR/a.exr", "--noise", "0"], 2, "relative error"),
         (["render", "STAGE", "-o", "DIR/a.exr", "--aov", "smell"], 2, "smell"),
-        (["render", "STAGE", "-o", "DIR/a.exr", "--cluster", "host:1"], 2, "not built yet"),
+        (
+            ["render", "STAGE", "-o", "DIR/a.exr", "--cluster", "auto", "--workers", "2"],
+            2,
+            "not both",
+        ),
         (["render", "STAGE", "-o", "DIR/a.exr", "--workers", "0"], 2, "not positive"),
         (["render", "STAGE", "-o", "DIR/a.exr", "--resume"], 2, "--workers"),
         (

@@ -96,6 +96,9 @@ def _parser(command: str) -> _MainParser:
     if command == "console":
         _optional("kilauea.console", "console").add_arguments(console)
     add("worker", _worker, "render for a console, whose ticket is on standard input")
+    cluster = add("cluster", _cluster, "look at the machines of a Ray cluster")
+    if command == "cluster":
+        _optional("kilauea.cluster_doctor", "cluster").add_arguments(cluster)
     bench = add("bench", _bench, "measure speed and error")
     if command == "bench":
         _optional("kilauea.bench", "bench").add_arguments(bench)
@@ -113,6 +116,10 @@ def _render(args: argparse.Namespace) -> int:
 
 def _console(args: argparse.Namespace) -> int:
     return _optional("kilauea.console", "console").main(args)
+
+
+def _cluster(args: argparse.Namespace) -> int:
+    return _optional("kilauea.cluster_doctor", "cluster").main(args)
 
 
 def _worker(_args: argparse.Namespace) -> int:

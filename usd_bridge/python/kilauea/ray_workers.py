@@ -10,10 +10,15 @@ from __future__ import annotations
 import importlib
 import json
 import logging
-from typing import Any
+import socket
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from kilauea.errors import KilaueaError, UsageError
 
+T = TypeVar("T")
+
+_REACH_SECS = 5.0
 _PLACEMENT_SECS = 60.0
 """For machines to become free."""
 
@@ -35,20 +40,10 @@ class RayWorkers:
     """
 
     def __init__(self, address: str) -> None:
-        self._ray = _import("ray")
+        self._ray = connect(address)
         placement = _import("ray.util.placement_group")
         strategies = _import("ray.util.scheduling_strategies")
-        try:
-            self._ray.init(
-                address=address,
-                namespace="kilauea",
-                log_to_driver=False,
-                logging_level=logging.ERROR,
-            )
-        except (ConnectionError, ValueError, RuntimeError) as error:
-            raise KilaueaError(f"no Ray cluster at {address}: {error}") from None
-        machines = [node for node in self._ray.nodes() if node["Alive"]]
-        cores = [int(node["Resources"].get("CPU", 0)) for node in machines]
+        cores = [int(node["Resources"].get("CPU", 0)) for node in machines(self._ray)]
         self.n_workers = sum(n >= 1 for n in cores)
         if not self.n_workers:
             raise KilaueaError(f"the Ray cluster at {address} has no machine with a CPU")
@@ -116,6 +111,51 @@ class RenderNode:
     def work(self, ticket: str) -> None:
         """Work for the console that a ticket names, until there is nothing to do."""
         importlib.import_module("kilauea._native").run_worker(ticket)
+
+
+def connect(address: str) -> Any:
+    """Join a cluster; return Ray, which `shutdown` leaves it with."""
+    ray = _import("ray")
+    try:
+        _reach(address)
+        ray.init(
+            address=address, namespace="kilauea", log_to_driver=False, logging_level=logging.ERROR
+        )
+    except (OSError, ValueError, RuntimeError) as error:
+        raise KilaueaError(f"no Ray cluster at {address}: {error}") from None
+    return ray
+
+
+def _reach(address: str) -> None:
+    """Raise where nobody listens at a host and port: Ray would try for minutes, and end the process."""
+    host, colon, port = address.rpartition(":")
+    if colon and port.isdecimal() and "/" not in host:
+        socket.create_connection((host.strip("[]"), int(port)), _REACH_SECS).close()
+
+
+def machines(ray: Any) -> list[dict[str, Any]]:
+    """Return what Ray knows of the machines that are there."""
+    return [node for node in ray.nodes() if node["Alive"]]
+
+
+def on_each_machine(ray: Any, call: Callable[[], T], timeout_secs: float) -> list[T]:
+    """Call a function on each machine, one after the other.
+
+    Raises
+    ------
+    KilaueaError
+        A machine does not answer in time, or the call fails there.
+    """
+    strategy = _import("ray.util.scheduling_strategies").NodeAffinitySchedulingStrategy
+    answers = []
+    for node in machines(ray):
+        here = strategy(node["NodeID"], soft=False)
+        task = ray.remote(call).options(num_cpus=0, scheduling_strategy=here).remote()
+        try:
+            answers.append(ray.get(task, timeout=timeout_secs))
+        except ray.exceptions.RayError as error:
+            raise KilaueaError(f"{node['NodeManagerHostname']}: {_reason(error)}") from None
+    return answers
 
 
 def _import(module: str) -> Any:
