@@ -1,6 +1,7 @@
 # Two commands set everything up: `make render` and `make test`.
 PYTHON ?= python3.11
 BIN := .venv/bin
+PYTEST_CORES := --numprocesses auto --dist loadfile
 STAGE := tests/scenes/cornell_box/cornell-box.usda
 
 .PHONY: install render describe references test test-rust test-loom test-python check lint bench ledger clean
@@ -39,9 +40,10 @@ test-loom:
 		--config 'profile.dev.package."*".opt-level=0' --config 'profile.dev.package.loom.opt-level=2' \
 		interleavings
 
+# On all cores, a file of tests on one, so that what a file shares is made once.
 test-python: install
-	cd usd_bridge && ../$(BIN)/python -m pytest --quiet
-	$(BIN)/python -m pytest --quiet -c usd_bridge/pyproject.toml --rootdir . pipeline/tests
+	cd usd_bridge && ../$(BIN)/python -m pytest --quiet $(PYTEST_CORES)
+	$(BIN)/python -m pytest --quiet $(PYTEST_CORES) -c usd_bridge/pyproject.toml --rootdir . pipeline/tests
 
 # Everything that CI runs.
 check: lint test

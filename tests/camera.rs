@@ -13,16 +13,10 @@ pub fn perspective(eye: [f64; 3], target: [f64; 3], half_width: f64) -> Camera {
     let right = up.cross(backward).normalize();
     let axes = DMat3::from_cols(right, backward.cross(right), backward);
     Camera {
-        path: "/Camera".into(),
         world_from_camera: DMat4::from(DAffine3::from_mat3_translation(axes, eye)),
-        later_world_from_camera: Vec::new(),
-        shutter: [0.0; 2],
-        projection: Projection::Perspective,
         screen_window: [-half_width, -half_width, half_width, half_width],
-        lens_radius: 0.0,
-        focus_distance: 0.0,
         clipping_range: [1e-3, 1e5],
-        exposure_scale: 1.0,
+        ..Camera::default()
     }
 }
 

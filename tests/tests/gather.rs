@@ -112,7 +112,7 @@ fn how_it_is_run_does_not_change_a_bit() {
     };
     let inline = render(Conditions::default(), Shading::Inline, 1);
     assert!(inline.mean() > 0.01 && inline.stats.gather.records > 100);
-    assert!(inline.stats.needs.contains(&"guided_directions"));
+    assert!(inline.stats.needs.contains(&"guided_directions".into()));
     let plain_loop = Conditions {
         plain_loop: true,
         ..Conditions::default()
@@ -167,7 +167,7 @@ fn where_nothing_is_to_be_learnt_paths_are_plain() {
             Picture::render(&prepared, settings)
         };
         let (kilauea, path) = (render(&settings), render(&path));
-        assert!(kilauea.stats.skipped.contains(&"guided_directions"));
+        assert!(kilauea.stats.skipped.contains(&"guided_directions".into()));
         kilauea.check_same_bits(&path, "plain paths");
     }
 }

@@ -2,7 +2,7 @@
 
 use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
 use kilauea_mesh::CurveType;
-use kilauea_render::{Conditions, PreparedScene, RenderError, RenderJob};
+use kilauea_render::{Broadcast, Conditions, Packing, PreparedScene, RenderError, RenderJob};
 use kilauea_scene::{
     DataWindow, FilterKind, Light, LightShape, RenderSettings, Shading, Visibility,
 };
@@ -122,6 +122,9 @@ const LATE: Conditions = Conditions {
     plain_loop: false,
     first_come: false,
     answer_delay_ms: 2.0,
+    broadcast: Broadcast::Culled,
+    packing: Packing::Plain,
+    sample_one_in: 0,
 };
 
 /// Renders in a plain loop and in every way of the engine, which must not change a bit.

@@ -214,7 +214,7 @@ fn threads_and_general_code_do_not_change_a_bit_of_a_blurred_frame() {
         })
     };
     let reference = render(1, true);
-    assert!(reference.stats.needs.contains(&"motion"));
+    assert!(reference.stats.needs.contains(&"motion".into()));
     render(3, true).check_same_bits(&reference, "three threads");
     render(1, false).check_same_bits(&reference, "the general code");
 }

@@ -4,6 +4,7 @@ use kilauea_math::{DMat4, Spectrum};
 use kilauea_render::{PrepareOptions, PreparedScene, RenderError, RenderJob};
 use kilauea_scene::{Light, LightShape, RenderSettings};
 use kilauea_tests::{Mesh, Picture, Stage, black_emitter, light, rect_light};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -35,18 +36,18 @@ fn settings() -> RenderSettings {
 }
 
 /// Renders with every skip, then without each of them; returns their names.
-fn check_skips(what: &str, stage: &Stage, settings: &RenderSettings) -> Vec<&'static str> {
+fn check_skips(what: &str, stage: &Stage, settings: &RenderSettings) -> Vec<Cow<'static, str>> {
     let prepared = stage.prepare(settings);
     let special = Picture::render(&prepared, settings.clone());
-    for &name in &special.stats.skipped {
+    for name in &special.stats.skipped {
         let settings = RenderSettings {
-            general: vec![name.to_owned()],
+            general: vec![name.to_string()],
             ..settings.clone()
         };
         let general = Picture::render(&prepared, settings);
         special.check_same_bits(&general, &format!("{what} without skipping {name}"));
-        assert!(!general.stats.skipped.contains(&name));
-        assert!(general.stats.needs.contains(&name));
+        assert!(!general.stats.skipped.contains(name));
+        assert!(general.stats.needs.contains(name));
     }
     special.stats.skipped
 }

@@ -13,21 +13,23 @@ from kilauea.benchmarks.needs import Variant
 BOX = Path(__file__).parents[2] / "tests/scenes/box_rect_light.usda"
 
 
-def variant(*seconds: float, n_bytes: int = 0, is_same: bool = True) -> Variant:
+def variant(*seconds: tuple[float, float], saved_bytes: int = 0, is_same: bool = True) -> Variant:
     def never() -> None:
         raise AssertionError
 
-    return Variant(never, list(seconds), n_bytes, is_same)
+    return Variant(never, list(seconds), saved_bytes, is_same)
 
 
-def test_the_best_times_are_compared() -> None:
-    special, general = variant(0.8, 5.0, n_bytes=100), variant(3.0, 1.0, n_bytes=140)
-    row = needs.row("a.usda", "lens", special, general)
+def test_frames_are_compared_with_those_right_before_them() -> None:
+    # The machine was three times slower in the second pair, and hiccuped in the last.
+    pairs = (0.8, 1.0), (2.4, 3.0), (5.0, 1.0)
+    row = needs.row("a.usda", "lens", variant(*pairs, saved_bytes=40))
     assert (row["special_s"], row["general_s"]) == (0.8, 1.0)
     assert row["saved_percent"] == pytest.approx(20.0)
+    assert row["spread_percent"] == pytest.approx(105.0)
     assert row["saved_bytes"] == 40
     assert row["same_pixels"]
-    assert not needs.row("a", "lens", special, variant(1.0, is_same=False))["same_pixels"]
+    assert not needs.row("a", "lens", variant((1.0, 1.0), is_same=False))["same_pixels"]
 
 
 def test_a_stage_is_rendered_without_each_skip(tmp_path, capsys) -> None:

@@ -172,7 +172,7 @@ def no_image(folder: Path) -> Path:
         ([DISK, "--write-reference", "a.png"], 2, "written as .exr"),
         ([DISK, "--nonsense"], 2, "--nonsense"),
     ],
-    ids=lambda value: str(value[-1]) if isinstance(value, list) else "",
+    ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_what_keeps_a_check_from_being_made(words, code, message, tmp_path, capsys) -> None:
     words = [word(tmp_path) if callable(word) else word for word in words]

@@ -168,7 +168,6 @@ def test_product_name_is_the_default_output(engine, write_stage, tmp_path):
         (["render", "DIR/broken.usda", "-o", "DIR/a.exr"], 3, "broken.usda:2"),
         (["render", "DIR/missing.usda", "-o", "DIR/a.exr", "--strict"], 4, "gone.usda"),
         (["render", "DIR/hair.usda", "-o", "DIR/a.exr", "--strict"], 4, "BasisCurves"),
-        (["console"], 2, "not built yet"),
         (["worker", "--threads", "2"], 2, "not built yet"),
         (["nonsense"], 2, "nonsense"),
         ([], 2, "COMMAND"),

@@ -5,6 +5,7 @@ use crate::node::Node8;
 use crate::ray::{Hit, Ray};
 use crate::traverse::{Ball, Instance, Isa, Keep, KeepAll, Part, Scene, TreeRay};
 use crate::visibility::Visibility;
+use crate::whole::Whole;
 use kilauea_math::{Bounds3, DAffine3};
 
 /// Answers what a ray meets.
@@ -18,6 +19,7 @@ pub struct Accel {
     pub(crate) forest: Forest,
     pub(crate) top: Option<Top>,
     bounds: Bounds3,
+    around_whole: Ball,
     n_rejected: usize,
 }
 
@@ -45,18 +47,38 @@ impl Accel {
         placements: &[Placement],
         options: &BuildOptions,
     ) -> Self {
+        let whole = Whole::of(geometries, placements);
+        Self::build_part(geometries, placements, &whole, options)
+    }
+
+    /// Builds the trees over a part of a scene: `geometries` in which meshes, spheres and curves are
+    /// empty that are elsewhere. `placements` are all of them. Hits have the numbers and the bits
+    /// that they have in the whole.
+    pub fn build_part(
+        geometries: &[Geometry<'_>],
+        placements: &[Placement],
+        whole: &Whole,
+        options: &BuildOptions,
+    ) -> Self {
         let Plan {
             forest,
             placed,
             mut n_rejected,
-        } = Plan::new(geometries, placements);
+        } = Plan::new(geometries, placements, whole);
         let is_plain = |(part, placement): &(PartTrees, Option<u32>)| {
             let moves = placement.is_some_and(|i| placements[i as usize].keys().len() > 1);
             part.kind == Kind::Triangles && part.visibility == Visibility::ALL && !moves
         };
         let is_plain = options.specialize && placed.iter().all(is_plain);
         let is_single = is_plain && matches!(placed[..], [(_, None)]);
-        let top = (!is_single).then(|| Top::new(&placed, placements, &forest, is_plain));
+        let top = (!is_single).then(|| {
+            let parts = TopParts {
+                placed: &placed,
+                placements,
+                whole,
+            };
+            Top::new(parts, &forest, is_plain)
+        });
         n_rejected += top.as_ref().map_or(0, |top| top.n_rejected);
         let bounds = match &top {
             Some(top) => top.nodes[0].bounds(),
@@ -67,6 +89,7 @@ impl Accel {
             forest,
             top,
             bounds,
+            around_whole: Ball::around(&whole.bounds()),
             n_rejected,
         }
     }
@@ -74,20 +97,17 @@ impl Accel {
     /// The nearest hit; of equally near ones that of the lowest instance, then primitive.
     ///
     /// A ray that holds a NaN, starts nowhere or has no direction hits nothing.
-    #[inline]
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         self.intersect_kept::<false>(ray, KeepAll)
     }
 
     /// The same, in less time if rays are asked for in an order in which each goes much like the one
     /// before, as those of a camera do, and otherwise in more.
-    #[inline]
     pub fn intersect_coherent(&self, ray: &Ray) -> Option<Hit> {
         self.intersect_kept::<true>(ray, KeepAll)
     }
 
     /// Whether anything is hit.
-    #[inline]
     pub fn occluded(&self, ray: &Ray) -> bool {
         self.occluded_kept(ray, KeepAll)
     }
@@ -186,20 +206,23 @@ impl Accel {
             hit.t > ray.t_min.max(0.0) && hit.t <= ray.t_max && keep(&hit)
         };
         let keep_rescaled: &mut dyn FnMut(&Hit) -> bool = &mut keep_rescaled;
-        let tree_ray = || TreeRay::entering(&scaled, &Ball::around(&self.bounds));
+        let tree_ray = || TreeRay::entering(&scaled, &self.around_whole);
         self.isa
             .closest::<false, _>(self.scene(), (&scaled, tree_ray), keep_rescaled)
             .map(|hit| rescale(&hit))
     }
 }
 
+/// Trees and where they stand.
+struct TopParts<'a> {
+    placed: &'a [(PartTrees, Option<u32>)],
+    placements: &'a [Placement],
+    whole: &'a Whole,
+}
+
 impl Top {
-    fn new(
-        placed: &[(PartTrees, Option<u32>)],
-        placements: &[Placement],
-        forest: &Forest,
-        is_plain: bool,
-    ) -> Self {
+    fn new(of: TopParts<'_>, forest: &Forest, is_plain: bool) -> Self {
+        let placements = of.placements;
         let mut top = Self {
             nodes: Vec::new(),
             instances: Vec::new(),
@@ -208,7 +231,7 @@ impl Top {
         };
         let mut boxes = Vec::new();
         let mut parts = Vec::new();
-        for (part, placement) in placed {
+        for (part, placement) in of.placed {
             let part_boxes = forest.boxes(part);
             if part_boxes.is_empty() {
                 continue;
@@ -220,8 +243,12 @@ impl Top {
                 continue;
             };
             boxes.push(bounds);
-            let around_all = |all: Bounds3, bounds: &Bounds3| all.union(bounds);
-            let ball = Ball::around(&part_boxes.iter().fold(Bounds3::EMPTY, around_all));
+            // Of the whole geometry, as where rays start decides about what they graze.
+            let around = placement.map_or(of.whole.bounds(), |i| {
+                let geometry = placements[i as usize].geometry;
+                of.whole.geometries[geometry as usize].bounds
+            });
+            let ball = Ball::around(&around);
             let is_in_world = placement_keys == [DAffine3::IDENTITY];
             top.instances.push(Instance {
                 tree: part.first,

@@ -23,6 +23,7 @@
 
 mod accel;
 mod block;
+mod box_tree;
 mod build;
 mod forest;
 mod geometry;
@@ -34,11 +35,14 @@ mod spawn;
 mod traverse;
 mod validate;
 mod visibility;
+mod whole;
 
 pub use accel::Accel;
+pub use box_tree::BoxTree;
 pub use geometry::{
     BuildOptions, CurveBasis, CurveProfile, Curves, Geometry, Mesh, Placement, Spheres,
 };
 pub use ray::{Hit, Ray};
 pub use spawn::{PlacementError, SurfacePoint, offset_origin};
 pub use visibility::Visibility;
+pub use whole::Whole;

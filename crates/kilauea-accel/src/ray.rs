@@ -108,7 +108,7 @@ pub struct Hit {
 impl Hit {
     /// The order in which hits win: nearest, then lowest instance, then lowest primitive.
     #[inline(always)]
-    pub(crate) fn wins_over(&self, other: &Self) -> bool {
+    pub fn wins_over(&self, other: &Self) -> bool {
         self.t < other.t
             || (self.t == other.t
                 && (self.instance, self.primitive) < (other.instance, other.primitive))

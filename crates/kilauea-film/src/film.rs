@@ -60,6 +60,11 @@ impl Film {
         &self.aovs
     }
 
+    /// How many pixels there are.
+    pub fn n_pixels(&self) -> u64 {
+        size(self.data_window).map(|n| n as u64).iter().product()
+    }
+
     /// How many tiles there are.
     pub fn n_tiles(&self) -> usize {
         self.tiles.len()

@@ -50,4 +50,4 @@ pub use image::{Channel, Image};
 pub use metadata::{ImageMetadata, Packing};
 pub use png_write::write_png;
 pub use sample::PixelSample;
-pub use tile::Tile;
+pub use tile::{SumsError, Tile};

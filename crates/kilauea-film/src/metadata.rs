@@ -157,7 +157,6 @@ pub(crate) mod tests {
 
     pub(crate) fn camera(projection: Projection) -> Camera {
         Camera {
-            path: "/cam".into(),
             // At (10, 20, 30), looking along -x, up +z.
             world_from_camera: DMat4::from_cols_array_2d(&[
                 [0.0, 1.0, 0.0, 0.0],
@@ -165,14 +164,11 @@ pub(crate) mod tests {
                 [1.0, 0.0, 0.0, 0.0],
                 [10.0, 20.0, 30.0, 1.0],
             ]),
-            later_world_from_camera: Vec::new(),
-            shutter: [0.0; 2],
             projection,
             screen_window: [-0.5, -0.25, 1.5, 0.75],
-            lens_radius: 0.0,
             focus_distance: 5.0,
             clipping_range: [1.0, 100.0],
-            exposure_scale: 1.0,
+            ..Camera::default()
         }
     }
 

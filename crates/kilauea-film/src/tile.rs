@@ -1,9 +1,13 @@
+mod sums;
+
 use std::ops::Range;
 
 use kilauea_scene::DataWindow;
 
 use crate::aov::Rule;
 use crate::{Aov, PixelSample};
+
+pub use sums::SumsError;
 
 /// The part of a film that one engine thread fills at a time.
 #[derive(Debug)]
@@ -45,14 +49,12 @@ impl Tile {
         let mut empty_pixel = Vec::new();
         for &aov in aovs {
             let rule = aov.row().rule;
-            let empty = match rule {
-                Rule::Mean { .. } => 0.0,
-                Rule::Nearest { empty, .. } => empty,
-                Rule::Statistic => continue,
-            };
+            if matches!(rule, Rule::Statistic) {
+                continue;
+            }
             let start = empty_pixel.len();
             let end = start + aov.channels().len();
-            empty_pixel.resize(end, empty);
+            empty_pixel.resize(end, rule.empty());
             layers.push(LayerSlot {
                 aov,
                 rule,

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use kilauea_math::{DAffine3, DMat4, DVec3};
+use kilauea_math::{DAffine3, DVec3};
 use kilauea_mesh::{
     AssembleOptions, BoundaryInterpolation, FaceVaryingRule, Payloads, PolyMesh, Primvar,
     PrimvarInterpolation, Scheme, Subdivision, TriangleRule, assemble,
 };
-use kilauea_scene::{Camera, Material, Projection, Visibility};
+use kilauea_scene::{Camera, Material, Visibility};
 
 /// `n` by `n` cells of wavy ground, as quads or triangles.
 struct Ground {
@@ -128,18 +128,7 @@ fn measure(name: &str, meshes: Vec<PolyMesh<'_>>) {
         }],
         textures: Vec::new(),
         lights: Vec::new(),
-        camera: Camera {
-            path: "/camera".into(),
-            world_from_camera: DMat4::IDENTITY,
-            later_world_from_camera: Vec::new(),
-            shutter: [0.0; 2],
-            projection: Projection::Perspective,
-            screen_window: [-0.5, -0.5, 0.5, 0.5],
-            lens_radius: 0.0,
-            focus_distance: 1.0,
-            clipping_range: [0.01, 1e6],
-            exposure_scale: 1.0,
-        },
+        camera: Camera::default(),
     };
     let start = Instant::now();
     match assemble(payloads, &AssembleOptions::default()) {

@@ -93,30 +93,14 @@ fn insert_largest(list: &mut Vec<(f64, DAffine3)>, density: f64, transform: DAff
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use kilauea_math::DMat4;
+
     use kilauea_scene::Visibility;
 
     use super::*;
 
-    /// At the origin, looking down −z, one radian-ish wide.
-    pub(crate) fn camera() -> Camera {
-        Camera {
-            path: "/camera".into(),
-            world_from_camera: DMat4::IDENTITY,
-            later_world_from_camera: Vec::new(),
-            shutter: [0.0; 2],
-            projection: Projection::Perspective,
-            screen_window: [-0.5, -0.5, 0.5, 0.5],
-            lens_radius: 0.0,
-            focus_distance: 1.0,
-            clipping_range: [0.01, 1e6],
-            exposure_scale: 1.0,
-        }
-    }
-
     #[test]
     fn pixels_shrink_with_distance_and_grow_with_scale() {
-        let scale = PixelScale::new(&camera(), [100, 50]);
+        let scale = PixelScale::new(&Camera::default(), [100, 50]);
         let mut unit = DBounds::EMPTY;
         unit.include(DVec3::splat(-1.0));
         unit.include(DVec3::splat(1.0));
@@ -149,7 +133,7 @@ pub(crate) mod tests {
         let mut nested = shifts(50, 0.5);
         nested.prototype = 2;
         let instances = [vec![shifts(100, 10.0)], vec![nested], Vec::new()];
-        let scale = PixelScale::new(&camera(), [100, 100]);
+        let scale = PixelScale::new(&Camera::default(), [100, 100]);
         let nearest = nearest_placements(&scale, &instances, &[unit, unit, unit]);
         assert_eq!(nearest[1].len(), MAX_PLACEMENTS);
         assert_eq!(nearest[1][0].translation.z, -1.0);

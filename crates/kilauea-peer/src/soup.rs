@@ -133,16 +133,11 @@ mod tests {
             textures: Vec::new(),
             lights: Vec::new(),
             camera: Camera {
-                path: "/camera".into(),
                 world_from_camera: DMat4::from_translation(far + 3.0 * DVec3::Z),
-                later_world_from_camera: Vec::new(),
-                shutter: [0.0; 2],
                 projection: Projection::Orthographic,
                 screen_window: [-0.1, -0.1, 0.1, 0.1],
-                lens_radius: 0.0,
-                focus_distance: 0.0,
                 clipping_range: [0.1, 100.0],
-                exposure_scale: 1.0,
+                ..Camera::default()
             },
         }
     }

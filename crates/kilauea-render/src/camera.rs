@@ -156,16 +156,11 @@ mod tests {
     use super::*;
     fn camera(projection: Projection, screen_window: [f64; 4]) -> Camera {
         Camera {
-            path: "/cam".into(),
             world_from_camera: DMat4::from_translation(DVec3::new(1e6, 2.0, 3.0)),
-            later_world_from_camera: Vec::new(),
-            shutter: [0.0; 2],
             projection,
             screen_window,
-            lens_radius: 0.0,
-            focus_distance: 0.0,
             clipping_range: [0.1, 100.0],
-            exposure_scale: 1.0,
+            ..Camera::default()
         }
     }
 

@@ -2,6 +2,8 @@
 
 use serde::Deserialize;
 
+use crate::set::{Broadcast, Packing};
+
 /// Conditions of an experiment. The default is how every frame is rendered; the rest is for
 /// measurements and tests and changes no bit of the image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
@@ -16,4 +18,10 @@ pub struct Conditions {
     /// Hold each answer back for a random time up to this many milliseconds, so that answers
     /// arrive late and in any order; 0, or what is no time, is not at all. Only where shades wait.
     pub answer_delay_ms: f64,
+    /// Who is asked what a ray meets, where the scene is spread over a set.
+    pub broadcast: Broadcast,
+    /// How questions to members of a set are packed, where they travel as bytes.
+    pub packing: Packing,
+    /// Note what one ray in so many of those asked of a set may meet; 0 is none.
+    pub sample_one_in: u32,
 }

@@ -5,6 +5,7 @@ use kilauea_spot::RunError;
 
 use crate::geometry::Geometry;
 use crate::integrator::Blame;
+use crate::set::PlacementError;
 
 /// Why a frame cannot be rendered.
 #[derive(Debug, thiserror::Error)]
@@ -31,6 +32,9 @@ pub enum RenderError {
         /// What would be right.
         reason: &'static str,
     },
+    /// The scene cannot be spread over the members of a set.
+    #[error(transparent)]
+    Placement(#[from] PlacementError),
     /// A shader died of a bug.
     #[error("internal error in the shader of {material}: {message}")]
     ShaderPanicked {

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use kilauea_film::{Film, Filter};
 use kilauea_math::Vec2;
 use kilauea_scene::{GlobalIllumination, Integrator, RenderSettings, Shading};
-use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server};
+use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server, Split};
 
 use crate::RenderError;
 use crate::camera::RayGenerator;
@@ -19,7 +19,7 @@ use crate::integrator::{
     RayCounts, RayTracer, Unguided, Unmerged, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
-use crate::noise::NoiseGate;
+use crate::noise::{NoiseGate, n_pixels_below};
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
 use crate::photon::TracedPhotons;
 use crate::plain::run_plain;
@@ -27,8 +27,10 @@ use crate::prepared::PreparedScene;
 use crate::program::{PassesJob, PixelProgram, Sampled};
 use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
+use crate::set::{SetParts, Traffic};
 use crate::shades::Shades;
 use crate::stats::{CausticStats, GatherStats};
+use crate::units::UnitSource;
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
 pub(crate) struct Frame {
@@ -41,6 +43,8 @@ pub(crate) struct Frame {
     pub(crate) camera: RayGenerator,
     pub(crate) sampler: SamplerTables,
     pub(crate) passes: Passes,
+    /// Where work comes from that others hand out; none where all of the frame is done here.
+    pub(crate) units: Option<Arc<dyn UnitSource>>,
     /// Where sampling stops early; none where all pixels get all samples.
     pub(crate) noise: Option<NoiseGate>,
     pub(crate) n_threads: usize,
@@ -52,6 +56,8 @@ pub(crate) struct Frame {
     pub(crate) start: Instant,
     pub(crate) deadline: Option<Instant>,
     pub(crate) blame: Blame,
+    /// With the members of a set.
+    pub(crate) traffic: Traffic,
     pub(crate) outcome: Mutex<Outcome>,
     pub(crate) ended: Condvar,
 }
@@ -152,16 +158,11 @@ impl Frame {
         let [width, height] = self.settings.resolution.map(|n| n as f32);
         let center = Vec2::new(width, height) / 2.0;
         let ray = self.camera.ray(center, Vec2::splat(0.5), 0.0).ray;
-        let prepared = &*self.prepared;
-        media_around(ray.at(ray.t_min), &prepared.geometry, &prepared.textures)
+        media_around(ray.at(ray.t_min), &self.tracer())
     }
 
     pub(crate) fn tracer<const CUTOUTS: bool>(&self) -> RayTracer<'_, CUTOUTS> {
-        RayTracer {
-            geometry: &self.prepared.geometry,
-            textures: &self.prepared.textures,
-            blame: &self.blame,
-        }
+        RayTracer::of(&self.prepared, &self.blame).asking(self.conditions.broadcast)
     }
 
     /// The integrator of paths that know nothing beforehand.
@@ -199,6 +200,10 @@ impl Frame {
         for pass in 0..self.passes.n_passes() {
             if self.is_clean() || self.is_over() || self.is_late() {
                 break;
+            }
+            // Others may have finished the pass before this frame began.
+            if !self.has_work(&(pass..pass + 1)) {
+                continue;
             }
             let photons = plan.trace(self, pass)?;
             let merging = integrator.merging_by(photons.merge(self));
@@ -247,15 +252,32 @@ impl Frame {
         let program = PixelProgram { sampler };
         let delay_secs = self.conditions.answer_delay_ms / 1e3;
         let max_delay = Duration::try_from_secs_f64(delay_secs).unwrap_or_default();
+        if let Some(asker) = tracer.set
+            && self.settings.shading != Shading::Inline
+        {
+            let parts = SetParts::<CUTOUTS> {
+                asker,
+                blame: &self.blame,
+                as_bytes: (self.settings.shading == Shading::Bytes)
+                    .then_some(self.conditions.packing),
+                traffic: &self.traffic,
+            };
+            return self.run_queued((&program, &Split::new(&parts), 1), passes);
+        }
         match self.settings.shading {
             Shading::Inline => Engine::new(self.n_threads)
                 .run_inline(&program, tracer, &job)
                 .map(drop),
             Shading::Queued if !max_delay.is_zero() => {
-                self.run_queued(&program, &Delayed::new(tracer, max_delay), passes)
+                let server = Delayed::new(tracer, max_delay);
+                self.run_queued((&program, &server, self.n_threads), passes)
             }
-            Shading::Queued => self.run_queued(&program, &Queue::new(tracer), passes),
-            Shading::Bytes => self.run_queued(&program, &Bytes::new(tracer), passes),
+            Shading::Queued => {
+                self.run_queued((&program, &Queue::new(tracer), self.n_threads), passes)
+            }
+            Shading::Bytes => {
+                self.run_queued((&program, &Bytes::new(tracer), self.n_threads), passes)
+            }
         }
     }
 
@@ -263,8 +285,7 @@ impl Frame {
     /// root, so that many are under way.
     fn run_queued<P: Program<Output = Sampled, Work = PixelRun>>(
         &self,
-        program: &P,
-        server: &impl Server<P>,
+        (program, server, n_servers): (&P, &impl Server<P>, usize),
         passes: Range<u32>,
     ) -> Result<(), RunError> {
         let memory = usize::try_from(self.settings.shade_memory_bytes).unwrap_or(usize::MAX);
@@ -284,7 +305,7 @@ impl Frame {
                 passes: pass..pass + 1,
                 n_pixels: 1,
             };
-            let stats = engine.run_queued(program, server, self.n_threads, &job)?;
+            let stats = engine.run_queued(program, server, n_servers, &job)?;
             self.lock_outcome().shades.add(&stats);
         }
         Ok(())
@@ -308,7 +329,7 @@ impl Frame {
         self.passes.note_done(run.tile, n_pixels, || {
             if let Some(noise) = &self.noise {
                 let tile = self.film.tile(run.tile as usize);
-                noise.look(run.tile, &tile, self.passes.samples(run.pass).end);
+                noise.look(run.tile, &tile, self.passes.samples(&run.passes).end);
             }
         });
     }
@@ -319,13 +340,7 @@ impl Frame {
         if self.noise.is_none() || n_done == 0 {
             return 0;
         }
-        let n_samples = self.passes.samples(n_done - 1).end;
-        let of_tile = |idx| {
-            let tile = self.film.tile(idx);
-            let has_fewer = |&pixel: &usize| tile.n_samples(pixel) < n_samples;
-            (0..tile.n_pixels()).filter(has_fewer).count() as u64
-        };
-        (0..self.film.n_tiles()).map(of_tile).sum()
+        n_pixels_below(&self.film, self.passes.samples(&(0..n_done)).end)
     }
 
     pub(crate) fn is_cancelled(&self) -> bool {

@@ -1,7 +1,7 @@
 //! A frame being rendered on engine threads of its own.
 
 use kilauea_film::{Aov, Film, FilmSettings, Filter};
-use kilauea_scene::{DataWindow, RenderSettings};
+use kilauea_scene::{DataWindow, RenderSettings, Shading};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -18,7 +18,9 @@ use crate::noise::NoiseGate;
 use crate::passes::{Passes, TILE_SIZE};
 use crate::prepared::PreparedScene;
 use crate::sampler::SamplerTables;
-use crate::stats::{Memory, Rays, RenderStats, SceneSize, Textures, Times, peak_rss_bytes};
+use crate::set::Traffic;
+use crate::stats::RenderStats;
+use crate::units::UnitSource;
 
 /// A frame in the making.
 pub struct RenderJob {
@@ -49,7 +51,30 @@ impl RenderJob {
         prepared: Arc<PreparedScene>,
         settings: RenderSettings,
     ) -> Result<Self, RenderError> {
-        let frame = Arc::new(Frame::new(conditions, prepared, settings)?);
+        Self::start_frame(Frame::new(conditions, prepared, settings)?)
+    }
+
+    /// Starts rendering units of a frame as `source` hands them out, until it has no more. What is
+    /// left of the frame is in its results; the statistics have what no unit was charged with.
+    pub fn start_units(
+        prepared: Arc<PreparedScene>,
+        settings: RenderSettings,
+        source: Arc<dyn UnitSource>,
+    ) -> Result<Self, RenderError> {
+        if settings.shading != Shading::Inline {
+            return Err(RenderError::Setting {
+                name: "shading",
+                value: format!("{:?}", settings.shading).to_lowercase(),
+                reason: "workers of a cluster answer the questions of shades inline",
+            });
+        }
+        let mut frame = Frame::new(Conditions::default(), prepared, settings)?;
+        frame.units = Some(source);
+        Self::start_frame(frame)
+    }
+
+    fn start_frame(frame: Frame) -> Result<Self, RenderError> {
+        let frame = Arc::new(frame);
         let thread = std::thread::Builder::new()
             .name("render".to_owned())
             .spawn({
@@ -107,6 +132,28 @@ impl RenderJob {
     }
 }
 
+/// The film of a frame with those settings, once those are checked.
+pub(crate) fn empty_film(settings: &RenderSettings) -> Result<Film, RenderError> {
+    check_settings(settings)?;
+    let data_window = settings.data_window.unwrap_or(DataWindow {
+        min: [0, 0],
+        max: settings.resolution.map(|n| n as i32),
+    });
+    let aovs = if settings.aovs.is_empty() {
+        Aov::all().collect()
+    } else {
+        let names = settings.aovs.iter();
+        names.map(|name| name.parse()).collect::<Result<_, _>>()?
+    };
+    Ok(Film::new(FilmSettings {
+        resolution: settings.resolution,
+        data_window,
+        tile_size: TILE_SIZE,
+        aovs,
+        tracks_variance: settings.noise.is_some(),
+    }))
+}
+
 /// Whether a layer holds what the first hit is like.
 fn describes_surface(aov: Aov) -> bool {
     match aov {
@@ -131,31 +178,8 @@ impl Frame {
         settings: RenderSettings,
     ) -> Result<Self, RenderError> {
         let start = Instant::now();
-        check_settings(&settings)?;
+        let film = empty_film(&settings)?;
         let scene = &prepared.scene;
-        let data_window = settings.data_window.unwrap_or(DataWindow {
-            min: [0, 0],
-            max: settings.resolution.map(|n| n as i32),
-        });
-        let aovs = if settings.aovs.is_empty() {
-            Aov::all().collect()
-        } else {
-            settings
-                .aovs
-                .iter()
-                .map(|name| name.parse())
-                .collect::<Result<_, _>>()?
-        };
-        let film = Film::new(FilmSettings {
-            resolution: settings.resolution,
-            data_window,
-            tile_size: TILE_SIZE,
-            aovs,
-            tracks_variance: settings.noise.is_some(),
-        });
-        let n_pixels = (0..2)
-            .map(|i| (i64::from(data_window.max[i]) - i64::from(data_window.min[i])) as u64)
-            .product();
         let n_threads = match settings.threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             n => n as usize,
@@ -185,10 +209,11 @@ impl Frame {
                 settings.seed,
             ),
             passes: Passes::new(&film, settings.samples_per_pixel),
+            n_pixels: film.n_pixels(),
             noise: settings.noise.map(|noise| NoiseGate::new(&film, noise)),
             film,
+            units: None,
             pixels_sampled: AtomicU64::new(0),
-            n_pixels,
             is_cancelled: AtomicBool::new(false),
             has_panicked: AtomicBool::new(false),
             start,
@@ -197,109 +222,12 @@ impl Frame {
                 .map(|secs| start + Duration::from_secs_f64(secs.max(0.0))),
             n_threads,
             blame: Blame::default(),
+            traffic: Traffic::new(prepared.member_bytes().len(), conditions.sample_one_in),
             outcome: Mutex::default(),
             ended: Condvar::new(),
             prepared,
             settings,
             conditions,
-        })
-    }
-
-    /// What was rendered, once rendering has stopped.
-    fn into_result(self) -> Result<RenderResult, RenderError> {
-        let (pixels_stopped, is_clean) = (self.n_pixels_stopped(), self.is_clean());
-        let outcome = self
-            .outcome
-            .into_inner()
-            .unwrap_or_else(PoisonError::into_inner);
-        if let Some(error) = outcome.error {
-            return Err(error);
-        }
-        let prepared = &*self.prepared;
-        let full_passes = self.passes.n_done();
-        let (needs, skipped) = SceneNeeds {
-            guided_directions: self.needs.guided_directions || outcome.is_guided,
-            ..self.needs
-        }
-        .names();
-        let scene = &prepared.scene;
-        let tiles = prepared.textures.stats();
-        let samples = self.film.n_samples();
-        let mut warnings = prepared.warnings.clone();
-        warnings.extend(
-            prepared
-                .textures
-                .take_errors()
-                .iter()
-                .map(ToString::to_string),
-        );
-        if outcome.counts.invalid > 0 {
-            let n = outcome.counts.invalid;
-            warnings.push(format!("{n} rays could not be traced and hit nothing"));
-        }
-        if outcome.counts.in_too_many_media > 0 {
-            let n = outcome.counts.in_too_many_media;
-            warnings.push(format!(
-                "{n} paths were in too many media at once; those of the lowest priority were \
-                 forgotten"
-            ));
-        }
-        let geometry = &prepared.geometry;
-        warnings.extend(outcome.faults.lines(|at| {
-            let prim = scene.prim_path(geometry.ids(at).0.cast_unsigned());
-            format!(", on {prim} of material {}", geometry.material_path(at))
-        }));
-        let stats = RenderStats {
-            samples_per_pixel: samples as f64 / self.n_pixels.max(1) as f64,
-            samples,
-            pixels_stopped,
-            invalid_samples: self.film.n_invalid(),
-            invalid_samples_by_step: outcome.faults.counts(),
-            invalid_rays: outcome.counts.invalid,
-            times: Times {
-                build: prepared.build_secs,
-                photon: outcome.caustics.seconds,
-                gather: outcome.gather_secs,
-                render: outcome.render_secs,
-                ..Times::default()
-            },
-            rays: Rays {
-                photon: outcome.caustics.rays,
-                ..outcome.counts.into()
-            },
-            memory: Memory {
-                peak_rss: peak_rss_bytes(),
-                scene: scene.n_bytes() as u64,
-                accel: prepared.geometry.accel().n_bytes() as u64,
-                lights: prepared.lights.n_bytes() as u64,
-                film: self.film.n_bytes(),
-                photons: outcome.caustics.bytes_peak,
-                shades_in_flight_peak: outcome.shades.peak_bytes(),
-                texture_tiles_peak: tiles.bytes_peak,
-            },
-            shades: outcome.shades.stats(),
-            photons: outcome.caustics,
-            gather: outcome.gather,
-            textures: Textures {
-                tiles_total: tiles.tiles_total,
-                tiles_loaded: tiles.tiles_loaded,
-                bytes_read: tiles.bytes_read,
-                values_replaced: tiles.values_replaced,
-            },
-            scene: SceneSize {
-                placements: prepared.geometry.n_placements() as u64,
-                lights: prepared.lights.len() as u64,
-                ..SceneSize::of(scene)
-            },
-            needs,
-            skipped,
-            is_complete: full_passes == self.passes.n_passes() || is_clean,
-            full_passes,
-            warnings,
-        };
-        Ok(RenderResult {
-            film: self.film,
-            stats,
         })
     }
 }

@@ -1,12 +1,15 @@
 //! Rendering: prepares a scene, traces paths on engine threads, and returns a film.
 //!
-//! [`PreparedScene`] holds all that is computed once; [`RenderJob`] is one frame of it.
+//! [`PreparedScene`] holds all that is computed once; [`RenderJob`] is one frame of it. Where several
+//! processes render a frame, each is a [`RenderJob`] that takes [`Unit`]s from a [`UnitSource`], and a
+//! [`CollectedFrame`] puts their results together.
 
 #![forbid(unsafe_code)]
 
 mod camera;
 mod caustics;
 mod check;
+mod collect;
 mod conditions;
 mod error;
 mod follow;
@@ -23,13 +26,17 @@ mod photon;
 mod plain;
 mod prepared;
 mod program;
+mod report;
 mod sampler;
 mod samples;
+mod set;
 mod shades;
 #[cfg(test)]
 mod statistics;
 mod stats;
+mod units;
 
+pub use collect::CollectedFrame;
 pub use conditions::Conditions;
 pub use error::RenderError;
 pub use geometry::View;
@@ -41,4 +48,11 @@ pub use photon::{
     TracedPhotons, photon_benefit, photon_picture, trace_importons, trace_photons,
 };
 pub use prepared::{PrepareOptions, PreparedScene};
-pub use stats::{CausticStats, GatherStats, RenderStats, peak_rss_bytes};
+pub use set::{
+    Broadcast, MemberBytes, MemberStats, Packing, PlacementError, RaySample, RayTraffic, Set,
+    SetPlan, SetStats,
+};
+pub use stats::{CausticStats, GatherStats, Rays, RenderStats, SceneSize, peak_rss_bytes};
+pub use units::{
+    Availability, Tally, TileResult, TileStart, Unit, UnitError, UnitOrder, UnitSource,
+};

@@ -1,6 +1,7 @@
 //! What a scene uses, found once, so that loops skip the rest.
 
 use serde::Serialize;
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 use crate::geometry::Geometry;
@@ -127,11 +128,11 @@ impl SceneNeeds {
     }
 
     /// Names of what is needed and of what is skipped.
-    pub fn names(mut self) -> (Vec<&'static str>, Vec<&'static str>) {
+    pub fn names(mut self) -> (Vec<Cow<'static, str>>, Vec<Cow<'static, str>>) {
         let flags = self.flags();
         let (needed, skipped): (Vec<_>, Vec<_>) = flags.into_iter().partition(|(_, is_on)| **is_on);
         let names = |flags: Vec<(&'static str, &mut bool)>| {
-            flags.into_iter().map(|(name, _)| name).collect()
+            flags.into_iter().map(|(name, _)| name.into()).collect()
         };
         (names(needed), names(skipped))
     }

@@ -46,7 +46,7 @@ impl NoiseGate {
     /// Looks at a tile whose pixels have got `n_samples` samples, as far as they get any.
     pub(crate) fn look(&self, tile_idx: u32, tile: &Tile, n_samples: u32) {
         if n_samples < MIN_SAMPLES {
-            return;
+            return self.settled[tile_idx as usize].store(0, Ordering::Relaxed);
         }
         let bounds = tile.bounds();
         let width = (bounds.max[0] - bounds.min[0]) as u32;
@@ -81,6 +81,16 @@ impl NoiseGate {
         let settled = self.settled[tile_idx as usize].load(Ordering::Relaxed);
         settled >> block_of(pixel_idx, width) & 1 == 1
     }
+}
+
+/// Pixels with fewer samples than that.
+pub(crate) fn n_pixels_below(film: &Film, n_samples: u32) -> u64 {
+    let of_tile = |idx| {
+        let tile = film.tile(idx);
+        let has_fewer = |&pixel: &usize| tile.n_samples(pixel) < n_samples;
+        (0..tile.n_pixels()).filter(has_fewer).count() as u64
+    };
+    (0..film.n_tiles()).map(of_tile).sum()
 }
 
 impl ErrorSum {

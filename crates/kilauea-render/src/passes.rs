@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use kilauea_film::Film;
 use kilauea_scene::DataWindow;
 
+use crate::units::{Unit, UnitError};
+
 /// Edge length of a tile in pixels: small enough that two threads finish a small picture together,
 /// large enough that a tile's rays stay close.
 pub(crate) const TILE_SIZE: u32 = 32;
@@ -27,10 +29,10 @@ struct TileProgress {
     pixels_told: AtomicU64,
 }
 
-/// Some pixels of a tile in one pass: what a root computes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// Some pixels of a tile in one pass or several: what a root computes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct PixelRun {
-    pub(crate) pass: u32,
+    pub(crate) passes: Range<u32>,
     pub(crate) tile: u32,
     /// Numbers within the tile. Empty where a tile at the film's edge has no such pixels.
     pub(crate) pixels: Range<u32>,
@@ -53,9 +55,17 @@ impl Passes {
         self.starts.len() as u32 - 1
     }
 
-    /// Samples that each pixel gets in a pass.
-    pub(crate) fn samples(&self, pass: u32) -> Range<u32> {
-        self.starts[pass as usize]..self.starts[pass as usize + 1]
+    pub(crate) fn n_tiles(&self) -> u32 {
+        self.tiles.len() as u32
+    }
+
+    /// Samples that each pixel gets in some passes.
+    pub(crate) fn samples(&self, passes: &Range<u32>) -> Range<u32> {
+        self.starts[passes.start as usize]..self.starts[passes.end as usize]
+    }
+
+    pub(crate) fn n_pixels(&self, tile: u32) -> u32 {
+        self.tiles[tile as usize].n_pixels()
     }
 
     /// The root with that number among those of `passes`, each of up to `n_pixels` pixels: tile by
@@ -68,11 +78,12 @@ impl Passes {
         if pass >= u64::from(passes.end) {
             return None;
         }
+        let pass = pass as u32;
         let tile = (tile_pass % n_tiles) as u32;
         let n_pixels_of_tile = self.tiles[tile as usize].n_pixels();
         let first = (number % runs_per_tile) as u32 * n_pixels;
         Some(PixelRun {
-            pass: pass as u32,
+            passes: pass..pass + 1,
             tile,
             pixels: first.min(n_pixels_of_tile)..(first + n_pixels).min(n_pixels_of_tile),
         })
@@ -98,15 +109,53 @@ impl Passes {
         let tile = &self.tiles[tile as usize];
         let n_new = u64::from(n_pixels);
         let n_done = tile.pixels_done.fetch_add(n_new, Ordering::AcqRel) + n_new;
-        if n_new > 0 && n_done % u64::from(tile.n_pixels()) == 0 {
+        if n_new > 0 && n_done.is_multiple_of(u64::from(tile.n_pixels())) {
             at_end();
         }
         tile.pixels_told.fetch_add(n_new, Ordering::Release);
     }
 
+    /// Notes that a tile is through that many passes, and through no more.
+    pub(crate) fn set_done(&self, tile: u32, n_passes: u32) {
+        let tile = &self.tiles[tile as usize];
+        let n_pixels = u64::from(tile.n_pixels()) * u64::from(n_passes);
+        tile.pixels_done.store(n_pixels, Ordering::Release);
+        tile.pixels_told.store(n_pixels, Ordering::Release);
+    }
+
+    /// Passes over a tile that are done.
+    pub(crate) fn n_done_of(&self, tile: u32) -> u32 {
+        self.tiles[tile as usize].passes_done()
+    }
+
     /// Whether all passes over a tile before `pass` are done.
     pub(crate) fn is_turn_of(&self, pass: u32, tile: u32) -> bool {
-        self.tiles[tile as usize].passes_done() >= pass
+        self.n_done_of(tile) >= pass
+    }
+
+    /// Refuses a unit of another frame.
+    pub(crate) fn check(&self, unit: &Unit) -> Result<(), UnitError> {
+        let Unit { tile, passes } = unit;
+        if *tile < self.n_tiles() && passes.start < passes.end && passes.end <= self.n_passes() {
+            return Ok(());
+        }
+        Err(UnitError::Unknown {
+            tile: *tile,
+            passes: passes.clone(),
+        })
+    }
+
+    /// Refuses a unit that does not follow on the passes that its tile is through.
+    pub(crate) fn check_turn(&self, unit: &Unit) -> Result<(), UnitError> {
+        let done = self.n_done_of(unit.tile);
+        if done == unit.passes.start {
+            return Ok(());
+        }
+        Err(UnitError::OutOfTurn {
+            tile: unit.tile,
+            done,
+            start: unit.passes.start,
+        })
     }
 
     /// Passes over the whole film that are done.
@@ -172,7 +221,7 @@ mod tests {
             let passes = Passes::new(&film, 4);
             let mut pixels: Vec<Vec<[i32; 2]>> = vec![Vec::new(); 2];
             for run in (0..).map_while(|number| passes.run(&(1..3), n_pixels, number)) {
-                let of_pass = &mut pixels[run.pass as usize - 1];
+                let of_pass = &mut pixels[run.passes.start as usize - 1];
                 of_pass.extend(run.pixels.map(|pixel| passes.pixel(run.tile, pixel)));
             }
             let expected: Vec<_> = (0..film.n_tiles())

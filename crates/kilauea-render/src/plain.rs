@@ -33,7 +33,7 @@ pub(crate) fn run_plain<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
         loop {
             let number = next_number.fetch_add(1, Ordering::Relaxed);
             let Some(run) = job.next(number) else { break };
-            job.finish(number, &sample_tile(sampler, tracer, run));
+            job.finish(sample_tile(sampler, tracer, run));
         }
     };
     scope(|threads| {
@@ -50,7 +50,7 @@ pub(crate) fn run_plain<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
     })
 }
 
-/// Takes the samples that a tile's pixels get in a pass.
+/// Takes the samples that a tile's pixels get.
 fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
     sampler: &PixelSampler<'_, CUTOUTS, M, G, X>,
     tracer: &RayTracer<'_, CUTOUTS>,
@@ -58,20 +58,21 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
 ) -> Sampled {
     let PixelSampler { frame, integrator } = sampler;
     let _stop = StopOnPanic(frame);
-    let mut sampled = Sampled::default();
+    let mut sampled = Sampled::new(run);
     let mut trail = G::Trail::default();
-    let mut tile = frame.film.tile(run.tile as usize);
-    for pixel_idx in run.pixels {
+    let tile_idx = sampled.run.tile;
+    let mut tile = frame.film.tile(tile_idx as usize);
+    for pixel_idx in sampled.run.pixels.by_ref() {
         if frame.is_over() {
             break;
         }
         sampled.n_pixels += 1;
-        if frame.is_settled(run.tile, pixel_idx) {
+        if frame.is_settled(tile_idx, pixel_idx) {
             continue;
         }
-        let pixel = sampler.pixel(run.tile, pixel_idx);
+        let pixel = sampler.pixel(tile_idx, pixel_idx);
         integrator.guide.begin(&mut trail, pixel.position);
-        for sample_idx in frame.passes.samples(run.pass) {
+        for sample_idx in frame.passes.samples(&sampled.run.passes) {
             let (ray, start) = sampler.start(&pixel, sample_idx);
             let cx = Answered(tracer);
             let path = integrator.start(ray);
@@ -80,7 +81,8 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
             let mut sample = in_place(path);
             sampler.finish(&start, &mut sample);
             if !tile.add(pixel_idx as usize, &sample) {
-                in_place(sampler.note_fault(&pixel, sample_idx, &cx));
+                let (id, fault) = in_place(sampler.find_fault(&pixel, sample_idx, &cx));
+                sampled.faults.add(id, fault);
             }
         }
     }

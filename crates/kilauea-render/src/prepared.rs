@@ -9,6 +9,8 @@ use crate::RenderError;
 use crate::geometry::Geometry;
 use crate::light::Lights;
 use crate::needs::SceneNeeds;
+use crate::set::{MemberBytes, Set, SetPlan};
+use crate::stats::SceneSize;
 
 /// A scene that is ready to be rendered any number of times.
 pub struct PreparedScene {
@@ -26,6 +28,10 @@ pub struct PreparedScene {
     pub warnings: Vec<String>,
     /// How long this took.
     pub build_secs: f64,
+    /// Of the whole scene; what its placements and lights add is not in it.
+    pub size: SceneSize,
+    /// Who holds the surfaces, if they are not in `geometry`.
+    pub set: Option<Set>,
 }
 
 /// Choices made before the first ray.
@@ -52,11 +58,40 @@ impl PreparedScene {
     pub fn new(scene: Scene, options: &PrepareOptions) -> Result<Self, RenderError> {
         let start = Instant::now();
         scene.validate()?;
+        let size = SceneSize::of(&scene);
         let scene = Arc::new(scene);
+        let geometry = Geometry::build(Arc::clone(&scene), options)?;
+        Ok(Self::around((scene, geometry, None), size, options, start))
+    }
+
+    /// The same, with the surfaces spread over the members of a set. The images are equal.
+    pub fn spread(
+        scene: &Scene,
+        plan: &SetPlan,
+        options: &PrepareOptions,
+    ) -> Result<Self, RenderError> {
+        let start = Instant::now();
+        scene.validate()?;
+        let size = SceneSize::of(scene);
+        let (left, geometry, set) = Set::new(scene, plan, options)?;
+        Ok(Self::around(
+            (left, geometry, Some(set)),
+            size,
+            options,
+            start,
+        ))
+    }
+
+    /// Adds to surfaces all that they are rendered with.
+    fn around(
+        (scene, geometry, set): (Arc<Scene>, Geometry, Option<Set>),
+        size: SceneSize,
+        options: &PrepareOptions,
+        start: Instant,
+    ) -> Self {
         let (textures, texture_errors) =
             TextureStore::open(&scene.textures, options.texture_memory_bytes);
         let mut warnings: Vec<String> = texture_errors.iter().map(ToString::to_string).collect();
-        let geometry = Geometry::build(Arc::clone(&scene), options)?;
         for (material, shader) in scene.materials.iter().zip(geometry.shaders()) {
             for input in shader.ignored_inputs() {
                 warnings.push(format!("{}: inputs:{input} is not known", material.path));
@@ -66,6 +101,7 @@ impl PreparedScene {
             }
         }
         warnings.extend(geometry.left_out());
+        warnings.extend(set.iter().flat_map(Set::left_out));
         let lights = Lights::new(&scene, &geometry, &textures);
         for prim_idx in lights.unsampled_prims() {
             let path = scene.prim_path(prim_idx);
@@ -73,7 +109,7 @@ impl PreparedScene {
             warnings.push(format!("{path}: {what}"));
         }
         let needs = SceneNeeds::of(&scene, &geometry, &lights);
-        Ok(Self {
+        Self {
             scene,
             geometry,
             lights,
@@ -81,6 +117,13 @@ impl PreparedScene {
             needs,
             warnings,
             build_secs: start.elapsed().as_secs_f64(),
-        })
+            size,
+            set,
+        }
+    }
+
+    /// Bytes that each member of the set holds; none where all is here.
+    pub fn member_bytes(&self) -> Vec<MemberBytes> {
+        self.set.as_ref().map(Set::bytes).unwrap_or_default()
     }
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use kilauea_spot::{Context, Job, Pool, Program, Runtime};
 
 use crate::frame::Frame;
-use crate::integrator::{Answer, Guide, Media, Merge, Question, RayCounts};
+use crate::integrator::{Answer, Faults, Guide, Media, Merge, Question, RayCounts};
 use crate::passes::PixelRun;
 use crate::samples::PixelSampler;
 
@@ -19,10 +19,23 @@ pub(crate) struct PixelProgram<'f, const CUTOUTS: bool, M, G, X> {
 }
 
 /// What a SPOT did.
-#[derive(Default)]
 pub(crate) struct Sampled {
+    /// Its work; the pixels are those that it left.
+    pub(crate) run: PixelRun,
     pub(crate) n_pixels: u32,
     pub(crate) counts: RayCounts,
+    pub(crate) faults: Faults,
+}
+
+impl Sampled {
+    pub(crate) fn new(run: PixelRun) -> Self {
+        Self {
+            run,
+            n_pixels: 0,
+            counts: RayCounts::default(),
+            faults: Faults::default(),
+        }
+    }
 }
 
 /// Some passes, cut into roots of so many pixels.
@@ -50,15 +63,15 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> Program
 }
 
 impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS, M, G, X> {
-    /// Takes the samples that some pixels get in a pass, and adds them to the film.
+    /// Takes the samples that some pixels get, and adds them to the film.
     ///
     /// Not an `async fn`, which would keep each argument in two places while it waits.
     fn sample_pixels<C: Context<Self>>(
         &self,
-        mut run: PixelRun,
+        run: PixelRun,
         cx: C,
     ) -> impl Future<Output = Sampled> {
-        let mut sampled = Sampled::default();
+        let mut sampled = Sampled::new(run);
         let mut trail = G::Trail::default();
         async move {
             let PixelSampler { frame, integrator } = &self.sampler;
@@ -66,18 +79,18 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
             let _stop = StopOnPanic(frame);
             let film = &frame.film;
             // Code that waits must not keep others from the tile.
-            let mut held_tile = (!C::WAITS).then(|| film.tile(run.tile as usize));
-            for pixel_idx in run.pixels.by_ref() {
+            let mut held_tile = (!C::WAITS).then(|| film.tile(sampled.run.tile as usize));
+            for pixel_idx in sampled.run.pixels.by_ref() {
                 if frame.is_over() {
                     break;
                 }
                 sampled.n_pixels += 1;
-                if frame.is_settled(run.tile, pixel_idx) {
+                if frame.is_settled(sampled.run.tile, pixel_idx) {
                     continue;
                 }
-                let pixel = self.sampler.pixel(run.tile, pixel_idx);
+                let pixel = self.sampler.pixel(sampled.run.tile, pixel_idx);
                 integrator.guide.begin(&mut trail, pixel.position);
-                for sample_idx in frame.passes.samples(run.pass) {
+                for sample_idx in frame.passes.samples(&sampled.run.passes) {
                     let (ray, start) = self.sampler.start(&pixel, sample_idx);
                     let pixel_idx = pixel_idx as usize;
                     let is_finite = {
@@ -89,12 +102,14 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
                         self.sampler.finish(&start, &mut sample);
                         match &mut held_tile {
                             Some(tile) => tile.add(pixel_idx, &sample),
-                            None => film.tile(run.tile as usize).add(pixel_idx, &sample),
+                            None => film.tile(sampled.run.tile as usize).add(pixel_idx, &sample),
                         }
                     };
                     if !is_finite {
                         // In a box, as room for it would be in the state of every path.
-                        Box::pin(self.sampler.note_fault(&pixel, sample_idx, &cx)).await;
+                        let fault = self.sampler.find_fault(&pixel, sample_idx, &cx);
+                        let (id, fault) = Box::pin(fault).await;
+                        sampled.faults.add(id, fault);
                     }
                 }
             }
@@ -104,20 +119,24 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
 }
 
 impl PassesJob<'_> {
-    fn run(&self, number: u64) -> Option<PixelRun> {
-        self.frame.passes.run(&self.passes, self.n_pixels, number)
+    /// The pixels to sample next. `None` where there are no more, or no time.
+    pub(crate) fn next(&self, number: u64) -> Option<PixelRun> {
+        match &self.frame.units {
+            None => self.numbered(number),
+            Some(source) => self.frame.begin_unit(&**source, &self.passes),
+        }
     }
 
-    /// The pixels to sample next, once those before them in their tile are done. `None` where
-    /// there are no more, or no time.
-    pub(crate) fn next(&self, number: u64) -> Option<PixelRun> {
+    /// The pixels with that number, once those before them in their tile are done.
+    fn numbered(&self, number: u64) -> Option<PixelRun> {
         if self.frame.is_late() {
             return None;
         }
-        let run = self.run(number)?;
+        let passes = &self.frame.passes;
+        let run = passes.run(&self.passes, self.n_pixels, number)?;
         // With fewer tiles than threads the previous pass may still be under way: sums must be
         // made in order. Its thread never waits for this one.
-        while !self.frame.passes.is_turn_of(run.pass, run.tile) {
+        while !passes.is_turn_of(run.passes.start, run.tile) {
             if self.frame.is_over() || self.frame.is_late() {
                 return None;
             }
@@ -126,14 +145,21 @@ impl PassesJob<'_> {
         Some(run)
     }
 
-    /// Notes that the pixels with that number have been sampled.
-    pub(crate) fn finish(&self, number: u64, sampled: &Sampled) {
-        let Some(run) = self.run(number) else { return };
+    /// Notes that pixels have been sampled.
+    pub(crate) fn finish(&self, sampled: Sampled) {
         let frame = self.frame;
-        frame.lock_outcome().counts.add(sampled.counts);
-        let n_samples = u64::from(sampled.n_pixels) * frame.passes.samples(run.pass).len() as u64;
+        let PixelRun { passes, .. } = &sampled.run;
+        let n_samples = u64::from(sampled.n_pixels) * frame.passes.samples(passes).len() as u64;
         frame.pixels_sampled.fetch_add(n_samples, Ordering::Relaxed);
-        frame.note_done(&run, sampled.n_pixels);
+        let n_passes = passes.len() as u32;
+        frame.note_done(&sampled.run, sampled.n_pixels * n_passes);
+        if let Some(source) = &frame.units {
+            frame.end_unit(&**source, sampled);
+        } else {
+            let mut outcome = frame.lock_outcome();
+            outcome.counts.add(sampled.counts);
+            outcome.faults.merge(sampled.faults);
+        }
     }
 }
 
@@ -142,8 +168,8 @@ impl<P: Program<Work = PixelRun, Output = Sampled>> Job<P> for PassesJob<'_> {
         self.next(number)
     }
 
-    fn done(&self, number: u64, sampled: Sampled) {
-        self.finish(number, &sampled);
+    fn done(&self, _number: u64, sampled: Sampled) {
+        self.finish(sampled);
     }
 
     fn is_cancelled(&self) -> bool {

@@ -92,7 +92,12 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS
     /// Follows a sample again whose light was not finite, to see where that began. Its rays are not
     /// counted.
     #[cold]
-    pub(crate) async fn note_fault<P, C>(&self, pixel: &SampledPixel<'_>, sample_idx: u32, cx: &C)
+    pub(crate) async fn find_fault<P, C>(
+        &self,
+        pixel: &SampledPixel<'_>,
+        sample_idx: u32,
+        cx: &C,
+    ) -> (SampleId, Fault)
     where
         P: Program<Question = Question, Answer = Answer>,
         C: Context<P>,
@@ -117,6 +122,6 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS
             column: pixel.position[0],
             sample: sample_idx,
         };
-        self.frame.lock_outcome().faults.add(id, fault);
+        (id, fault)
     }
 }

@@ -1,14 +1,16 @@
 //! What a render reports: times, rays, memory, and what was skipped.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use kilauea_scene::Scene;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::integrator::RayCounts;
+use crate::set::SetStats;
 
 /// Statistics of one frame, in the form of the stats file.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RenderStats {
     /// Mean over the rendered pixels.
     pub samples_per_pixel: f64,
@@ -19,7 +21,7 @@ pub struct RenderStats {
     /// Samples that were NaN or infinite and taken as black.
     pub invalid_samples: u64,
     /// These samples by the step of their path that was the first to be not finite.
-    pub invalid_samples_by_step: BTreeMap<&'static str, u64>,
+    pub invalid_samples_by_step: BTreeMap<Cow<'static, str>, u64>,
     /// Rays that could not be traced: with a NaN, without a direction, or of an empty range.
     pub invalid_rays: u64,
     /// Seconds.
@@ -38,10 +40,13 @@ pub struct RenderStats {
     pub textures: Textures,
     /// Size of the scene.
     pub scene: SceneSize,
+    /// What was asked of the members of a set, where the scene is spread over one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub set: Option<SetStats>,
     /// Features in use.
-    pub needs: Vec<&'static str>,
+    pub needs: Vec<Cow<'static, str>>,
     /// Features not in use, whose work was skipped.
-    pub skipped: Vec<&'static str>,
+    pub skipped: Vec<Cow<'static, str>>,
     /// Whether every pixel got all of its samples, or was clean enough before.
     pub is_complete: bool,
     /// Passes over the whole image that were finished.
@@ -51,7 +56,7 @@ pub struct RenderStats {
 }
 
 /// Seconds spent by phase; wall time.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Times {
     /// Trees and lights.
     pub build: f64,
@@ -66,7 +71,7 @@ pub struct Times {
 }
 
 /// Rays by purpose.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Rays {
     /// From the camera.
     pub camera: u64,
@@ -90,7 +95,7 @@ impl From<RayCounts> for Rays {
 }
 
 /// Shades that waited for answers, zeros where none did.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct ShadeStats {
     /// Most shades in flight, in the pass that took most memory.
     pub in_flight_peak: u64,
@@ -104,7 +109,7 @@ pub struct ShadeStats {
 }
 
 /// Bytes held.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Memory {
     /// Highest resident size of the process.
     pub peak_rss: u64,
@@ -125,7 +130,7 @@ pub struct Memory {
 }
 
 /// What final-gather estimation found; zeros where there was none.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GatherStats {
     /// Training paths traced.
     pub paths: u64,
@@ -144,7 +149,7 @@ pub struct GatherStats {
 }
 
 /// What photons did for the caustics of a frame.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CausticStats {
     /// Paths that lights sent out.
     pub emitted: u64,
@@ -168,7 +173,7 @@ pub struct CausticStats {
 }
 
 /// Texture tiles read.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Textures {
     /// Tiles that exist.
     pub tiles_total: u64,
@@ -181,7 +186,7 @@ pub struct Textures {
 }
 
 /// Size of the scene.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct SceneSize {
     /// Triangles, each prototype once.
     pub unique_triangles: u64,

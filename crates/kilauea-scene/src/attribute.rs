@@ -26,6 +26,21 @@ pub struct Attribute {
     pub data: Vec<f32>,
 }
 
+impl Attribute {
+    /// The attribute without its values, unless it has one for all.
+    #[must_use]
+    pub(crate) fn husk(&self) -> Self {
+        Self {
+            name: self.name.clone(),
+            data: match self.interpolation {
+                Interpolation::Constant => self.data.clone(),
+                Interpolation::Uniform | Interpolation::Vertex => Vec::new(),
+            },
+            ..*self
+        }
+    }
+}
+
 /// Bytes held by the values.
 pub(crate) fn n_bytes(attributes: &[Attribute]) -> usize {
     attributes.iter().map(|a| 4 * a.data.len()).sum()

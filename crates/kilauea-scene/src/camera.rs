@@ -35,6 +35,24 @@ pub struct Camera {
     pub exposure_scale: f32,
 }
 
+/// A pinhole at the origin, whose window is a unit wide at distance one.
+impl Default for Camera {
+    fn default() -> Self {
+        Self {
+            path: "/camera".into(),
+            world_from_camera: DMat4::IDENTITY,
+            later_world_from_camera: Vec::new(),
+            shutter: [0.0; 2],
+            projection: Projection::Perspective,
+            screen_window: [-0.5, -0.5, 0.5, 0.5],
+            lens_radius: 0.0,
+            focus_distance: 0.0,
+            clipping_range: [0.01, 1e6],
+            exposure_scale: 1.0,
+        }
+    }
+}
+
 impl Camera {
     /// Checks that all of it is numbers. What those say may be as odd as it likes.
     pub(crate) fn check(&self) -> Result<(), SceneError> {

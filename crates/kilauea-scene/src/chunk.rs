@@ -56,6 +56,25 @@ impl MeshChunk {
         Bounds3::from_points(positions.map(|&p| Vec3::from_array(p)))
     }
 
+    /// All that is said of the chunk, without what is in it: what is known of chunks that lie on
+    /// other machines.
+    #[must_use]
+    pub fn husk(&self) -> Self {
+        let key = |normals: &Option<_>| MeshKey {
+            positions: Vec::new(),
+            normals: normals.as_ref().map(|_| Vec::new()),
+        };
+        let MeshKey { positions, normals } = key(&self.normals);
+        Self {
+            positions,
+            triangles: Vec::new(),
+            normals,
+            attributes: self.attributes.iter().map(Attribute::husk).collect(),
+            later_keys: self.later_keys.iter().map(|k| key(&k.normals)).collect(),
+            ..*self
+        }
+    }
+
     /// Bytes held by the arrays.
     pub fn n_bytes(&self) -> usize {
         let triples = |positions: &Vec<_>, normals: &Option<Vec<_>>| {

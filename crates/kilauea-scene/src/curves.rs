@@ -1,7 +1,9 @@
+use kilauea_math::Bounds3;
 use serde::{Deserialize, Serialize};
 
 use crate::Visibility;
 use crate::attribute::{Attribute, n_bytes};
+use crate::points::around_balls;
 
 /// Curves with one material, cut into segments that share control points.
 ///
@@ -66,6 +68,26 @@ pub enum CurveProfile {
 }
 
 impl CurvesChunk {
+    /// The box around all segments at all times.
+    pub fn bounds(&self) -> Bounds3 {
+        let keys = std::iter::once(&self.points).chain(&self.later_points);
+        around_balls(keys, &self.radii)
+    }
+
+    /// As [`crate::MeshChunk::husk`].
+    #[must_use]
+    pub fn husk(&self) -> Self {
+        Self {
+            points: Vec::new(),
+            later_points: vec![Vec::new(); self.later_points.len()],
+            radii: Vec::new(),
+            normals: self.normals.as_ref().map(|_| Vec::new()),
+            segments: Vec::new(),
+            attributes: self.attributes.iter().map(Attribute::husk).collect(),
+            ..*self
+        }
+    }
+
     /// Bytes held by the arrays.
     pub fn n_bytes(&self) -> usize {
         let later: usize = self.later_points.iter().map(Vec::len).sum();

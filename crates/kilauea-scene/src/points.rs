@@ -1,3 +1,4 @@
+use kilauea_math::{Bounds3, Vec3};
 use serde::{Deserialize, Serialize};
 
 use crate::Visibility;
@@ -26,9 +27,41 @@ pub struct PointsChunk {
 }
 
 impl PointsChunk {
+    /// The box around all spheres at all times.
+    pub fn bounds(&self) -> Bounds3 {
+        let keys = std::iter::once(&self.centers).chain(&self.later_centers);
+        around_balls(keys, &self.radii)
+    }
+
+    /// As [`crate::MeshChunk::husk`].
+    #[must_use]
+    pub fn husk(&self) -> Self {
+        Self {
+            centers: Vec::new(),
+            later_centers: vec![Vec::new(); self.later_centers.len()],
+            radii: Vec::new(),
+            attributes: self.attributes.iter().map(Attribute::husk).collect(),
+            ..*self
+        }
+    }
+
     /// Bytes held by the arrays.
     pub fn n_bytes(&self) -> usize {
         let later: usize = self.later_centers.iter().map(Vec::len).sum();
         12 * (self.centers.len() + later) + 4 * self.radii.len() + n_bytes(&self.attributes)
     }
+}
+
+/// The box around balls with those radii, at each of the keys.
+pub(crate) fn around_balls<'a>(
+    keys: impl Iterator<Item = &'a Vec<[f32; 3]>>,
+    radii: &[f32],
+) -> Bounds3 {
+    let balls = keys.flat_map(|centers| centers.iter().zip(radii));
+    balls.fold(Bounds3::EMPTY, |mut bounds, (&center, &radius)| {
+        let center = Vec3::from_array(center);
+        bounds.include(center - radius);
+        bounds.include(center + radius);
+        bounds
+    })
 }

@@ -78,7 +78,7 @@ impl PrimvarLayout {
             let on_chunk = || {
                 attributes
                     .iter()
-                    .position(|a| a.name == *name && is_complete(a, counts))
+                    .position(|a| a.name == *name && Self::is_complete(a, counts))
                     .map(|idx| PrimvarSlot::Chunk(idx as u32))
             };
             on_instances
@@ -87,16 +87,17 @@ impl PrimvarLayout {
         };
         names.iter().map(find).collect()
     }
-}
 
-fn is_complete(attribute: &Attribute, counts: ElementCounts) -> bool {
-    let n_values = match attribute.interpolation {
-        Interpolation::Constant => 1,
-        Interpolation::Uniform => counts.uniform,
-        Interpolation::Vertex => counts.vertex,
-    };
-    let width = attribute.width as usize;
-    (1..=4).contains(&width) && attribute.data.len() >= n_values * width
+    /// Whether an attribute has all the values that its chunk calls for.
+    pub fn is_complete(attribute: &Attribute, counts: ElementCounts) -> bool {
+        let n_values = match attribute.interpolation {
+            Interpolation::Constant => 1,
+            Interpolation::Uniform => counts.uniform,
+            Interpolation::Vertex => counts.vertex,
+        };
+        let width = attribute.width as usize;
+        (1..=4).contains(&width) && attribute.data.len() >= n_values * width
+    }
 }
 
 /// Value `idx` of an array of `width` floats each; unused channels are 0, the fourth is 1. None

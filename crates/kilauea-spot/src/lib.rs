@@ -85,6 +85,7 @@
 //! | [`Engine::run_inline`] | answered within the call | run within the call | all data at hand; debugging |
 //! | [`Engine::run_queued`] with [`Queue`] | in batches to other threads | SPOTs of their own | answers worth batching |
 //! | [`Engine::run_queued`] with [`Bytes`], or another [`Server`] | in batches, as bytes | SPOTs of their own | data elsewhere |
+//! | [`Engine::run_queued`] with [`Split`] | in batches, to several who answer together | SPOTs of their own | data in parts |
 //!
 //! The program is the same and so are the bits of its outputs, if it keeps to this: an answer
 //! depends on its question alone, a SPOT on its work and its answers, and answers are combined in
@@ -118,6 +119,7 @@
 //! | a thread's ACTIVE SPOTs, unstarted children, unsent questions | its share of the budget | nobody |
 //! | batches to servers | the sum of the threads' credits ([`Engine::questions_out`]) | servers, while it is empty |
 //! | a thread's mail | its credit, and the children that others may steal from it | its owner, with nothing to do |
+//! | the queues of [`Split`] to holders of parts | four batches each | who routes; holders for nobody |
 //! | the byte channels of [`Bytes`] | four batches | each for the next; the last for nobody |
 //!
 //! Engine threads wait for mail alone, which servers and other engine threads send without waiting.
@@ -146,6 +148,7 @@ mod inline;
 #[cfg(all(test, loom))]
 mod interleavings;
 mod lane;
+mod parts;
 mod priority;
 mod program;
 mod queued;
@@ -162,6 +165,7 @@ pub use engine::Engine;
 pub use error::RunError;
 pub use exchange::Batch;
 pub use inline::{Inline, InlinePool};
+pub use parts::{PART_BATCH, Parts, Split};
 pub use priority::Order;
 pub use program::{Answerer, Context, Job, Pool, Program, Runtime};
 pub use queued::{ChildOutput, Queued, QueuedContext, QueuedPool, Reply, Started};

@@ -26,6 +26,9 @@ pub enum WireError {
     /// A byte that should tell variants apart tells none.
     #[error("has no variant {0}")]
     Variant(u8),
+    /// What was packed does not unpack.
+    #[error("cannot be unpacked")]
+    Packed,
 }
 
 macro_rules! wire_numbers {

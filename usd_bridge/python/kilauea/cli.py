@@ -6,24 +6,21 @@ import argparse
 import dataclasses
 import os
 import sys
-import time
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
-from kilauea import framespec, interrupt, request
+from kilauea import interrupt, request
 from kilauea.arguments import (
     ArgumentParser,
     add_render_options,
     add_stage_options,
     drop_unknown_flags,
-    subdivision_level,
 )
-from kilauea.clock import process_age
-from kilauea.errors import KilaueaError, TimeLimitError, UsageError
+from kilauea.errors import KilaueaError, UsageError
 
-_NOT_BUILT_YET = ("worker", "console")
+_NOT_BUILT_YET = ("worker",)
 _FLAGS_NOT_BUILT_YET = ("denoise",)
 
 
@@ -72,7 +69,7 @@ def _parser(command: str) -> _MainParser:
         description="Kilauea, a production renderer for USD.",
         epilog="Every option has a default in the environment: --max-depth in KILAUEA_MAX_DEPTH.",
     )
-    parser.add_argument("--version", action="version", version=f"kilauea {_version()}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="print the version and end")
     subparsers = parser.add_subparsers(
         required=True, metavar="COMMAND", parser_class=ArgumentParser
     )
@@ -98,6 +95,9 @@ def _parser(command: str) -> _MainParser:
     inspect = add("inspect", _inspect, "show what photons light, before any final rendering")
     if command == "inspect":
         _optional("kilauea.inspect", "inspect").add_arguments(inspect)
+    console = add("console", _console, "keep a stage open and render it by command")
+    if command == "console":
+        _optional("kilauea.console", "console").add_arguments(console)
     bench = add("bench", _bench, "measure speed and error")
     if command == "bench":
         _optional("kilauea.bench", "bench").add_arguments(bench)
@@ -105,7 +105,7 @@ def _parser(command: str) -> _MainParser:
 
 
 def _render(args: argparse.Namespace) -> int:
-    from kilauea.render import RenderOptions, render_frame, summary
+    from kilauea import shot
 
     for flag in ("workers", "cluster"):
         if getattr(args, flag) is not None:
@@ -113,44 +113,11 @@ def _render(args: argparse.Namespace) -> int:
     for flag in _FLAGS_NOT_BUILT_YET:
         if getattr(args, flag):
             request.print_warning(f"--{flag} is not built yet: ignored")
-    settings = request.engine_settings(args)
-    max_level = subdivision_level(args.complexity)
-    verbosity, letters = request.verbosity(args.verbose)
+    return shot.render(args, request.open_stage(args))
 
-    started = time.monotonic()
-    stage = request.open_stage(args)
-    frames = request.frames(args, stage.start_time)
-    outputs, stats_files = request.output_files(args, stage, frames)
-    code = 0
-    for frame_time, files, stats_file in zip(frames, outputs, stats_files, strict=True):
-        options = dataclasses.replace(request.flatten_options(args), time=frame_time)
-        frame = interrupt.run(lambda options=options: stage.flatten(options))
-        load_secs = time.monotonic() - started
-        request.report(frame, args.strict, verbosity)
-        if args.timelimit is not None and frame_time != frames[0]:
-            _refuse_late_start(args.timelimit, frame_time)
-        stats = render_frame(
-            frame,
-            RenderOptions(
-                outputs=files,
-                settings=settings,
-                max_subdivision_level=max_level,
-                time_limit=args.timelimit,
-                frames_per_second=args.fps or stage.frames_per_second,
-                stats_file=stats_file,
-                load_secs=load_secs,
-                verbosity=verbosity,
-                alfred="a" in letters,
-            ),
-        )
-        request.print_warnings([w for w in stats["warnings"] if w not in _said(frame)], verbosity)
-        if verbosity >= 1:
-            print(summary(stats, files), flush=True)
-        if args.timelimit is not None and not stats.get("full_passes", 1):
-            _print_error("the time limit came before one full pass; wrote what there was")
-            code = TimeLimitError.exit_code
-        started = time.monotonic()
-    return code
+
+def _console(args: argparse.Namespace) -> int:
+    return _optional("kilauea.console", "console").main(args)
 
 
 def _translate(args: argparse.Namespace) -> int:
@@ -211,26 +178,22 @@ def _optional(module: str, command: str) -> Any:
         raise UsageError(f"{command} is not built yet") from None
 
 
-def _said(frame: Any) -> set[str]:
-    return {*frame.warnings, *frame.notes}
-
-
-def _refuse_late_start(time_limit: float, frame: float) -> None:
-    if process_age() >= time_limit:
-        raise TimeLimitError(f"the time limit came before frame {framespec.format_frame(frame)}")
-
-
 def _print_error(line: str) -> None:
     print("kilauea: error: " + " ".join(line.split()), file=sys.stderr)
 
 
-def _version() -> str:
-    from importlib import metadata
+class _Version(argparse.Action):
+    """Looks the version up only when asked, as that takes longer than to parse a command."""
 
-    try:
-        return metadata.version("kilauea")
-    except metadata.PackageNotFoundError:
-        return "(not installed)"
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        from importlib import metadata
+
+        try:
+            version = metadata.version("kilauea")
+        except metadata.PackageNotFoundError:
+            version = "(not installed)"
+        print(f"kilauea {version}")
+        parser.exit()
 
 
 if __name__ == "__main__":

@@ -43,12 +43,23 @@ def run(work: Callable[[], T], grace_secs: float = 0.0) -> T:
     return result[0]
 
 
+class Interrupted(KeyboardInterrupt):
+    """What was interrupted has stopped; nothing was written."""
+
+
 def cancel(job: Any) -> NoReturn:
-    """Cancel a native render and leave without writing anything."""
+    """Cancel a native render without writing anything.
+
+    Raises
+    ------
+    Interrupted
+        It has stopped. If it does not soon, the process ends.
+    """
     job.cancel()
     deadline = time.monotonic() + GRACE_SECS
-    while time.monotonic() < deadline and not job.wait(0.05):
-        pass
+    while time.monotonic() < deadline:
+        if job.wait(0.05):
+            raise Interrupted
     leave()
 
 

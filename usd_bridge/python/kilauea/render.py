@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -55,7 +56,9 @@ class RenderOptions:
     """Fields of `kilauea_scene::RenderSettings` that stand over those of the stage."""
     max_subdivision_level: int = 4
     time_limit: float | None = None
-    """Seconds since the process began."""
+    """Seconds since the command began."""
+    begun: float = 0.0
+    """When that was, as the age of the process in seconds."""
     frames_per_second: float = 24.0
     stats_file: str | None = None
     load_secs: float = 0.0
@@ -77,7 +80,7 @@ def settings_record(frame: Frame, options: RenderOptions) -> dict[str, Any]:
     """Merge defaults, the stage's settings and the command line's, later ones winning."""
     record = {**DEFAULTS, **frame.settings, **options.settings}
     if options.time_limit is not None:
-        left = options.time_limit - process_age()
+        left = options.time_limit + options.begun - process_age()
         width, height = record["resolution"]
         writing = width * height * len(options.outputs) * _WRITE_SECS_PER_PIXEL
         record["time_limit_secs"] = max(left - writing, left / 4, _SHORTEST_LIMIT_SECS)
@@ -93,21 +96,33 @@ def build_scene(frame: Frame, options: RenderOptions) -> Any:
         The engine refuses the scene.
     """
     engine = native()
-    settings = DEFAULTS | frame.settings | options.settings
-    build_options = {
-        "resolution": settings["resolution"],
-        "texture_memory_bytes": settings["texture_memory_bytes"],
-        "max_subdivision_level": options.max_subdivision_level,
-        "max_chunk_triangles": MAX_CHUNK_TRIANGLES,
-    }
     try:
-        return interrupt.run(lambda: engine.build_scene(frame, json.dumps(build_options)))
+        return interrupt.run(lambda: engine.build_scene(frame, build_options(frame, options)))
     except (engine.SceneError, engine.RenderError) as error:
         raise KilaueaError(str(error)) from None
 
 
-def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
+def build_options(frame: Frame, options: RenderOptions) -> str:
+    """Return what a built scene depends on besides the frame, as the engine takes it."""
+    settings = DEFAULTS | frame.settings | options.settings
+    return json.dumps(
+        {
+            "resolution": settings["resolution"],
+            "texture_memory_bytes": settings["texture_memory_bytes"],
+            "max_subdivision_level": options.max_subdivision_level,
+            "max_chunk_triangles": MAX_CHUNK_TRIANGLES,
+        }
+    )
+
+
+def render_frame(
+    frame: Frame,
+    options: RenderOptions,
+    scene_of: Callable[[Frame, RenderOptions], Any] = build_scene,
+) -> dict[str, Any]:
     """Render a frame, write its files and return its statistics.
+
+    `scene_of` builds the scene, or has it.
 
     Raises
     ------
@@ -116,7 +131,7 @@ def render_frame(frame: Frame, options: RenderOptions) -> dict[str, Any]:
     """
     engine = native()
     try:
-        scene = build_scene(frame, options)
+        scene = scene_of(frame, options)
         warnings = [*frame.warnings, *frame.notes, *scene.warnings()]
         metadata = {
             "stage": frame.stage,
@@ -153,7 +168,7 @@ def summary(stats: dict[str, Any], outputs: list[str]) -> str:
 
 
 def wait(job: Any, progress: Progress) -> None:
-    """Show how far a render is until it has stopped; an interrupt ends the command."""
+    """Show how far a render is until it has stopped; an interrupt cancels it."""
     try:
         while not job.wait(_POLL_SECS):
             progress.update(*job.progress())
@@ -169,7 +184,7 @@ def _complete(
     """Add what only this side knows."""
     times = stats.setdefault("times", {})
     times["load"] = options.load_secs
-    times["total"] = process_age()
+    times["total"] = process_age() - options.begun
     stats["stage"] = frame.stage
     stats["frame"] = frame.time
     stats["outputs"] = options.outputs

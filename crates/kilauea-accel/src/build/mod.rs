@@ -15,7 +15,7 @@ mod soup;
 mod top;
 mod wide;
 
-pub(crate) use plan::Plan;
+pub(crate) use plan::{Plan, has_inverse};
 pub(crate) use soup::{has_area, in_range};
 pub(crate) use top::{build_top, instance_bounds};
 

@@ -2,9 +2,10 @@
 //! rays goes into the same trees.
 
 use super::soup::{MAX_COORDINATE, has_area, in_range};
-use crate::geometry::{CurveBasis, CurveProfile, Curves, Geometry};
+use crate::geometry::{CurveBasis, CurveProfile, Curves};
 use crate::primitive::{CurveShape, Segment, Sphere};
 use crate::visibility::Visibility;
+use crate::whole::Numbered;
 use std::collections::BTreeMap;
 
 /// Primitives by motion key, with their ids in the geometry.
@@ -62,10 +63,9 @@ pub(crate) struct Sorted {
 }
 
 impl Sorted {
-    pub(crate) fn new(geometry: &Geometry<'_>) -> Self {
+    pub(crate) fn new(geometry: Numbered<'_, '_>) -> Self {
         let mut sorted = Self::default();
-        let mut first_id = 0;
-        for mesh in &geometry.meshes {
+        for (mesh, first_id) in geometry.meshes() {
             if mesh.positions.len() > 1 && mesh.visibility != Visibility::NONE {
                 let n_keys = mesh.positions.len();
                 let part = sorted
@@ -83,9 +83,8 @@ impl Sorted {
                     }
                 }
             }
-            first_id += mesh.triangles.len() as u32;
         }
-        for group in &geometry.spheres {
+        for (group, first_id) in geometry.spheres() {
             let n_keys = group.centers.len();
             if group.visibility != Visibility::NONE {
                 let part = sorted
@@ -105,13 +104,11 @@ impl Sorted {
                     }
                 }
             }
-            first_id += group.radii.len() as u32;
         }
-        for group in &geometry.curves {
+        for (group, first_id) in geometry.curves() {
             if group.visibility != Visibility::NONE {
                 sorted.add_curves(group, first_id);
             }
-            first_id += group.segments.len() as u32;
         }
         sorted
     }

@@ -7,7 +7,8 @@ use crate::block::{Block, BlockTree};
 use crate::forest::{Forest, Kind, PartTrees};
 use crate::geometry::{Geometry, Placement};
 use crate::visibility::Visibility;
-use kilauea_math::{Bounds3, DAffine3, DMat3, DVec3, Vec3};
+use crate::whole::{Numbered, Whole};
+use kilauea_math::{DAffine3, DMat3};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +22,12 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    pub(crate) fn new(geometries: &[Geometry<'_>], placements: &[Placement]) -> Self {
+    /// Of a part of `whole`.
+    pub(crate) fn new(
+        geometries: &[Geometry<'_>],
+        placements: &[Placement],
+        whole: &Whole,
+    ) -> Self {
         let is_valid = |placement: &Placement| {
             (placement.geometry as usize) < geometries.len()
                 && placement.keys().iter().all(has_inverse)
@@ -33,34 +39,31 @@ impl Plan {
         for (_, placement) in &valid {
             n_placed[placement.geometry as usize] += 1;
         }
-        let is_baked = |placement: &Placement| {
-            let geometry = placement.geometry as usize;
-            n_placed[geometry] == 1
-                && placement.motion.is_none()
-                && keeps_shape(&geometries[geometry], &placement.world_from_geometry)
+        let numbered = |geometry: usize| Numbered {
+            geometry: &geometries[geometry],
+            first_ids: &whole.geometries[geometry].first_ids,
         };
 
         let mut baked: BTreeMap<Visibility, Soup<'_>> = BTreeMap::new();
         let mut instanced = BTreeSet::new();
         for (index, placement) in &valid {
-            let geometry = &geometries[placement.geometry as usize];
-            if !is_baked(placement) {
+            let geometry = numbered(placement.geometry as usize);
+            if !whole.is_baked(*index) {
                 instanced.insert(placement.geometry);
                 continue;
             }
-            for visibility in still_visibilities(geometry) {
+            for visibility in still_visibilities(geometry.geometry) {
                 let soup = baked.entry(visibility & placement.visibility).or_default();
                 let place = &placement.world_from_geometry;
                 soup.add_baked((geometry, visibility), *index, place);
             }
         }
-        let built: Vec<BuiltGeometry> = geometries
+        let built: Vec<BuiltGeometry> = n_placed
             .par_iter()
-            .zip(&n_placed)
             .enumerate()
-            .map(|(index, (geometry, &n_placed))| match n_placed {
+            .map(|(index, &n_placed)| match n_placed {
                 0 => BuiltGeometry::default(),
-                _ => BuiltGeometry::new(geometry, instanced.contains(&(index as u32))),
+                _ => BuiltGeometry::new(numbered(index), instanced.contains(&(index as u32))),
             })
             .collect();
 
@@ -158,14 +161,14 @@ struct BuiltGeometry {
 
 impl BuiltGeometry {
     /// Leaves still triangles out unless `is_instanced`.
-    fn new(geometry: &Geometry<'_>, is_instanced: bool) -> Self {
+    fn new(geometry: Numbered<'_, '_>, is_instanced: bool) -> Self {
         let sorted = Sorted::new(geometry);
         let mut built = Self {
             trees: Vec::new(),
             n_rejected: sorted.n_rejected,
         };
         if is_instanced {
-            for visibility in still_visibilities(geometry) {
+            for visibility in still_visibilities(geometry.geometry) {
                 let (tree, n_rejected) = build_tree(&Soup::from_geometry(geometry, visibility));
                 built.n_rejected += n_rejected;
                 if tree.n_triangles > 0 {
@@ -223,7 +226,7 @@ fn still_visibilities(geometry: &Geometry<'_>) -> BTreeSet<Visibility> {
 }
 
 /// Whether a ray can be taken into the geometry's space and keeps some digits there.
-fn has_inverse(world_from_geometry: &DAffine3) -> bool {
+pub(crate) fn has_inverse(world_from_geometry: &DAffine3) -> bool {
     const MAX_STRETCH: f64 = 1e12;
     let matrix = world_from_geometry.matrix3;
     let inverse = matrix.inverse();
@@ -237,29 +240,4 @@ fn has_inverse(world_from_geometry: &DAffine3) -> bool {
         && inverse.is_finite()
         && world_from_geometry.inverse().is_finite()
         && largest(matrix) * largest(inverse) <= MAX_STRETCH
-}
-
-/// Whether the meshes keep 14 bits across their width when their positions are rounded in engine
-/// space; further from the origin they are more accurate, if slower, as an instance.
-fn keeps_shape(geometry: &Geometry<'_>, world_from_geometry: &DAffine3) -> bool {
-    const MAX_DISTANCE_IN_WIDTHS: f64 = 1024.0;
-    if *world_from_geometry == DAffine3::IDENTITY {
-        return true;
-    }
-    let positions = geometry
-        .meshes
-        .iter()
-        .filter_map(|mesh| mesh.positions.first());
-    let bounds = Bounds3::from_points(
-        positions
-            .flat_map(|positions| positions.iter().copied().map(Vec3::from_array))
-            .filter(|p| p.is_finite()),
-    );
-    if bounds.is_empty() {
-        return true;
-    }
-    let center = world_from_geometry.transform_point3(bounds.center().as_dvec3());
-    let half: DVec3 = 0.5 * bounds.diagonal().as_dvec3();
-    let width = (world_from_geometry.matrix3 * half).length();
-    center.abs().max_element() <= MAX_DISTANCE_IN_WIDTHS * width
 }

@@ -1,8 +1,9 @@
 //! The still triangles of one tree, in pairs.
 
 use super::pair::{Pair, SharedEdge};
-use crate::geometry::{Geometry, Mesh};
+use crate::geometry::Mesh;
 use crate::visibility::Visibility;
+use crate::whole::Numbered;
 use kilauea_math::{DAffine3, DVec3};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -77,7 +78,7 @@ pub(crate) struct PairId {
 
 impl<'a> Soup<'a> {
     /// What stands still and has `visibility` of a geometry, in its own space.
-    pub(crate) fn from_geometry(geometry: &Geometry<'a>, visibility: Visibility) -> Self {
+    pub(crate) fn from_geometry(geometry: Numbered<'_, 'a>, visibility: Visibility) -> Self {
         let mut soup = Self::default();
         soup.add_baked((geometry, visibility), 0, &DAffine3::IDENTITY);
         soup
@@ -87,13 +88,12 @@ impl<'a> Soup<'a> {
     /// `instance`.
     pub(crate) fn add_baked(
         &mut self,
-        (geometry, visibility): (&Geometry<'a>, Visibility),
+        (geometry, visibility): (Numbered<'_, 'a>, Visibility),
         instance: u32,
         world_from_geometry: &DAffine3,
     ) {
         let is_placed = *world_from_geometry != DAffine3::IDENTITY;
-        let mut first_id = 0;
-        for mesh in &geometry.meshes {
+        for (mesh, first_id) in geometry.meshes() {
             if mesh.positions.len() <= 1 && mesh.visibility == visibility {
                 self.sources.push(Source {
                     positions: first_key(mesh),
@@ -103,7 +103,6 @@ impl<'a> Soup<'a> {
                     place: is_placed.then_some(*world_from_geometry),
                 });
             }
-            first_id += mesh.triangles.len() as u32;
         }
     }
 
@@ -214,6 +213,8 @@ fn placed(place: &DAffine3, p: [f32; 3]) -> [f32; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Geometry;
+    use crate::whole::FirstIds;
 
     /// Squares in a row, two triangles each, and one triangle without area.
     #[test]
@@ -231,7 +232,11 @@ mod tests {
             meshes: vec![Mesh::still(&positions, &triangles)],
             ..Geometry::default()
         };
-        let soup = Soup::from_geometry(&geometry, Visibility::ALL);
+        let numbered = Numbered {
+            geometry: &geometry,
+            first_ids: &FirstIds::of(&geometry),
+        };
+        let soup = Soup::from_geometry(numbered, Visibility::ALL);
         let pairing = soup.pairing();
         assert_eq!(pairing.pairs.len(), n_squares as usize);
         assert_eq!(pairing.n_triangles, 2 * n_squares as usize);

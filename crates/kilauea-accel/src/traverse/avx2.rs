@@ -15,8 +15,9 @@ pub(crate) use x86::Avx2;
 
 #[cfg(not(target_arch = "x86_64"))]
 mod absent {
+    use crate::node::Node8;
     use crate::ray::{Hit, Ray};
-    use crate::traverse::{Keep, Line, Scene, TreeRay};
+    use crate::traverse::{Keep, Line, Scene, TreeRay, Visitor};
 
     /// Kernels that this processor family does not have: no value exists.
     #[derive(Clone, Copy, Debug)]
@@ -28,6 +29,10 @@ mod absent {
         }
 
         pub(crate) fn coherent(self) -> Self {
+            match self {}
+        }
+
+        pub(crate) fn pierce<L: Line>(self, _: &[Node8], _: &TreeRay<L>, _: &mut impl Visitor) {
             match self {}
         }
 

@@ -22,7 +22,9 @@ pub(crate) use kernel::{Distances, Kernel};
 pub(crate) use portable::Portable;
 pub(crate) use tree_ray::{Ball, Line, TreeRay};
 pub(crate) use two_level::{Instance, Scene};
+pub(crate) use walk::Visitor;
 
+use crate::node::Node8;
 use crate::ray::{Hit, Ray};
 
 /// Which kernels an accelerator runs, decided once.
@@ -47,12 +49,14 @@ impl Isa {
         self,
         scene: Scene<'_>,
         rays: (&Ray, impl FnOnce() -> TreeRay<L>),
-        keep: impl Keep,
+        mut keep: impl Keep,
     ) -> Option<Hit> {
         match self {
             Self::Avx2(avx2) if COHERENT => avx2.coherent().closest(scene, rays, keep),
             Self::Avx2(avx2) => avx2.closest(scene, rays, keep),
-            Self::Portable(portable) => portable.closest(scene, rays, keep),
+            Self::Portable(portable) => {
+                portable.closest(scene, rays.0, rays.1().moved(), &mut |hit| keep.keep(hit))
+            }
         }
     }
 
@@ -61,11 +65,27 @@ impl Isa {
         self,
         scene: Scene<'_>,
         rays: (&Ray, impl FnOnce() -> TreeRay<L>),
-        keep: impl Keep,
+        mut keep: impl Keep,
     ) -> bool {
         match self {
             Self::Avx2(avx2) => avx2.occluded(scene, rays, keep),
-            Self::Portable(portable) => portable.occluded(scene, rays, keep),
+            Self::Portable(portable) => {
+                portable.occluded(scene, rays.0, rays.1().moved(), &mut |hit| keep.keep(hit))
+            }
+        }
+    }
+
+    /// Visits leaves of a tree over boxes that the ray pierces, in any order, until one ends that.
+    #[inline(always)]
+    pub(crate) fn pierce<L: Line>(
+        self,
+        nodes: &[Node8],
+        ray: &TreeRay<L>,
+        visitor: &mut impl Visitor,
+    ) {
+        match self {
+            Self::Avx2(avx2) => avx2.pierce(nodes, ray, visitor),
+            Self::Portable(portable) => portable.pierce(nodes, ray, visitor),
         }
     }
 }

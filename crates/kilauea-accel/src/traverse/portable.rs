@@ -1,11 +1,11 @@
 //! Kernels in plain Rust: the reference that the others equal bit for bit.
 
-use super::keep::Keep;
 use super::kernel::{Candidates, Distances, Kernel, Lanes};
 use super::stack::Entry;
 use super::tree_ray::{Line, SLAB_SLACK, TreeRay};
 use super::triangle::Shear;
 use super::two_level::{self, Scene};
+use super::walk::Visitor;
 use crate::node::{Node8, PairLeaf, STACK_CAPACITY};
 use crate::ray::{Hit, Ray};
 
@@ -13,25 +13,40 @@ use crate::ray::{Hit, Ray};
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Portable;
 
+/// Compiled once for all kinds of rays and of hits to keep: these walks take long to compile, and
+/// processors that need them are slow anyway.
 impl Portable {
-    pub(crate) fn closest<L: Line>(
+    pub(crate) fn closest(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, impl FnOnce() -> TreeRay<L>),
-        keep: impl Keep,
+        ray: &Ray,
+        tree_ray: TreeRay,
+        keep: KeepDyn<'_>,
     ) -> Option<Hit> {
-        two_level::closest(self, scene, rays, keep)
+        two_level::closest(self, scene, (ray, || tree_ray), keep)
     }
 
-    pub(crate) fn occluded<L: Line>(
+    pub(crate) fn occluded(
         self,
         scene: Scene<'_>,
-        rays: (&Ray, impl FnOnce() -> TreeRay<L>),
-        keep: impl Keep,
+        ray: &Ray,
+        tree_ray: TreeRay,
+        keep: KeepDyn<'_>,
     ) -> bool {
-        two_level::occluded(self, scene, rays, keep)
+        two_level::occluded(self, scene, (ray, || tree_ray), keep)
+    }
+
+    pub(crate) fn pierce<L: Line>(
+        self,
+        nodes: &[Node8],
+        ray: &TreeRay<L>,
+        visitor: &mut impl Visitor,
+    ) {
+        two_level::pierce(self, nodes, ray, visitor);
     }
 }
+
+type KeepDyn<'a> = &'a mut dyn FnMut(&Hit) -> bool;
 
 /// See [`Kernel::NodeRay`].
 #[derive(Clone, Copy)]

@@ -81,6 +81,17 @@ pub(crate) fn occluded<K: Kernel, L: Line>(
     visit::<_, _, true>(kernel, scene, (ray, &tree_ray()), search)
 }
 
+/// Visits leaves of a tree over boxes until one ends that.
+#[inline(always)]
+pub(crate) fn pierce<K: Kernel, L: Line>(
+    kernel: K,
+    nodes: &[Node8],
+    ray: &TreeRay<L>,
+    visitor: &mut impl Visitor,
+) {
+    walk::<_, _, true>(kernel, (nodes, 0.0), &kernel.node_ray(ray), visitor);
+}
+
 /// Searches all trees; true where `ANY` hit was asked for and found.
 #[inline(always)]
 fn visit<K: Kernel, F: Keep, const ANY: bool>(

@@ -4,24 +4,9 @@
 
 use std::collections::BTreeMap;
 
-use kilauea_math::{DAffine3, DMat4, DVec3, Vec3};
+use kilauea_math::{DAffine3, DVec3, Vec3};
 use kilauea_mesh::*;
-use kilauea_scene::{Camera, Material, MeshChunk, Projection, Visibility};
-
-pub(crate) fn camera() -> Camera {
-    Camera {
-        path: "/camera".into(),
-        world_from_camera: DMat4::IDENTITY,
-        later_world_from_camera: Vec::new(),
-        shutter: [0.0; 2],
-        projection: Projection::Perspective,
-        screen_window: [-0.5, -0.5, 0.5, 0.5],
-        lens_radius: 0.0,
-        focus_distance: 1.0,
-        clipping_range: [0.01, 1e6],
-        exposure_scale: 1.0,
-    }
-}
+use kilauea_scene::{Camera, Material, MeshChunk, Visibility};
 
 /// A world with four materials and nothing in it.
 pub(crate) fn empty<'a>() -> Payloads<'a> {
@@ -41,7 +26,7 @@ pub(crate) fn empty<'a>() -> Payloads<'a> {
         materials: (0..4).map(material).collect(),
         textures: Vec::new(),
         lights: Vec::new(),
-        camera: camera(),
+        camera: Camera::default(),
     }
 }
 

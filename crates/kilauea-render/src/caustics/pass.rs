@@ -27,7 +27,7 @@ impl CausticPlan<'_> {
     /// Traces the photons of a pass. A pass of twice the samples gets twice the photons, so that all
     /// samples count the same; its radius is that of its first one.
     pub(crate) fn trace(&self, frame: &Frame, pass: u32) -> Result<CausticPass<'_>, RenderError> {
-        let samples = frame.passes.samples(pass);
+        let samples = frame.passes.samples(&(pass..pass + 1));
         let n_samples = samples.len() as u32;
         let n_emitted = self.n_per_sample.saturating_mul(n_samples).min(MAX_EMITTED);
         let settings = &frame.settings;

@@ -16,7 +16,6 @@ use crate::conditions::Conditions;
 use crate::frame::Frame;
 use crate::integrator::{Guide, Guided, Media, MediumStack, Unguided};
 use crate::statistics::lights::{RECT, light};
-use crate::statistics::lit::camera;
 use crate::{PrepareOptions, PreparedScene};
 
 const N_SEEDS: u32 = 16;
@@ -63,7 +62,7 @@ fn room() -> Scene {
         }],
         camera: Camera {
             screen_window: [-0.7, -0.7, 0.7, 0.7],
-            ..camera()
+            ..Camera::default()
         },
     }
 }

@@ -3,9 +3,18 @@
 use kilauea_accel as accel;
 use kilauea_scene::{CurveBasis, CurveProfile, Prototype, Visibility};
 
-/// A prototype's surfaces, borrowing their arrays.
-pub(super) fn accel_geometry(prototype: &Prototype) -> accel::Geometry<'_> {
-    let meshes = prototype.chunks.iter().map(|chunk| {
+/// A prototype's surfaces, borrowing their arrays. Of chunks that are not here, by their number, there
+/// is nothing but the place.
+pub(super) fn accel_geometry(
+    prototype: &Prototype,
+    is_here: impl Fn(u32) -> bool,
+) -> accel::Geometry<'_> {
+    let n_meshes = prototype.chunks.len() as u32;
+    let n_before_curves = n_meshes + prototype.points.len() as u32;
+    let meshes = (0..).zip(&prototype.chunks).map(|(number, chunk)| {
+        if !is_here(number) {
+            return accel::Mesh::still(&[], &[]);
+        }
         let later = chunk.later_keys.iter().map(|key| &key.positions);
         accel::Mesh {
             positions: keys(&chunk.positions, later),
@@ -13,16 +22,24 @@ pub(super) fn accel_geometry(prototype: &Prototype) -> accel::Geometry<'_> {
             visibility: accel_visibility(chunk.visibility),
         }
     });
-    let spheres = prototype.points.iter().map(|chunk| accel::Spheres {
-        centers: keys(&chunk.centers, chunk.later_centers.iter()),
-        radii: &chunk.radii,
-        visibility: accel_visibility(chunk.visibility),
+    let spheres = (n_meshes..).zip(&prototype.points).map(|(number, chunk)| {
+        let is_here = is_here(number);
+        accel::Spheres {
+            centers: keys(&chunk.centers, chunk.later_centers.iter()),
+            radii: if is_here { &chunk.radii } else { &[] },
+            visibility: accel_visibility(chunk.visibility),
+        }
     });
-    let curves = prototype.curves.iter().map(|chunk| accel::Curves {
+    let curves = (n_before_curves..).zip(&prototype.curves);
+    let curves = curves.map(|(number, chunk)| accel::Curves {
         points: keys(&chunk.points, chunk.later_points.iter()),
         radii: &chunk.radii,
         normals: chunk.normals.as_deref(),
-        segments: &chunk.segments,
+        segments: if is_here(number) {
+            &chunk.segments
+        } else {
+            &[]
+        },
         basis: match chunk.basis {
             CurveBasis::Linear => accel::CurveBasis::Linear,
             CurveBasis::Bezier => accel::CurveBasis::Bezier,

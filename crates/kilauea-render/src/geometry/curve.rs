@@ -41,63 +41,103 @@ impl Weights {
     }
 }
 
-/// The point of a curve at the hit's place along and across a segment.
-pub(super) fn curve_point(
-    chunk: &CurvesChunk,
-    segment: u32,
-    transform: &EngineTransform,
-    view: &View,
-) -> ShapePoint {
-    let first = chunk.segments[segment as usize] as usize;
-    let order = chunk.basis.n_points();
-    let controls = control_points(chunk, first, view.time);
-    let weights = Weights::at(chunk.basis, view.uv.x);
-    let axis = Weights::sum(&weights.value, &controls);
-    let along = Weights::sum(&weights.slope, &controls);
-    let radii = weights.value.iter().zip(&chunk.radii[first..first + order]);
-    let radius: f32 = radii.map(|(w, r)| w * r).sum();
-    let size = controls.iter().map(|&p| extent(p)).fold(0.0, f32::max) + radius;
-    let p_error = gamma(24) * (size + transform.reach());
+/// A segment of a curve at a moment, in its chunk's space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Segment {
+    pub(crate) basis: CurveBasis,
+    pub(crate) profile: CurveProfile,
+    /// Control points, zero beyond the last, as in the next two.
+    pub(crate) controls: [Vec3; 4],
+    pub(crate) radii: [f32; 4],
+    /// Of an oriented ribbon.
+    pub(crate) normals: Option<[Vec3; 4]>,
+}
 
-    let (p, ng, p_error) = match chunk.profile {
-        CurveProfile::Round => {
-            let ball = Ball {
-                center: axis,
-                radius,
-            };
-            let (p, ng, ball_error) = ball.point(transform, view);
-            (p, ng, p_error.max(ball_error))
+impl Segment {
+    pub(super) fn of(chunk: &CurvesChunk, segment: u32, time: f32) -> Self {
+        let first = chunk.segments[segment as usize] as usize;
+        let range = first..first + chunk.basis.n_points();
+        let mut radii = [0.0; 4];
+        radii[..chunk.basis.n_points()].copy_from_slice(&chunk.radii[range.clone()]);
+        Self {
+            basis: chunk.basis,
+            profile: chunk.profile,
+            controls: control_points(chunk, first, time),
+            radii,
+            normals: chunk.normals.as_ref().map(|normals| {
+                let mut controls = [Vec3::ZERO; 4];
+                let slots = controls.iter_mut().zip(&normals[range]);
+                slots.for_each(|(slot, n)| *slot = Vec3::from_array(*n));
+                controls
+            }),
         }
-        CurveProfile::Ribbon => {
-            let normal = ribbon_normal(chunk, first, &weights, transform, view);
-            let across = normal.cross(along).normalize_or_zero();
-            let p = axis + (2.0 * view.uv.y - 1.0) * radius * across;
-            let ng = transform.normal(along.cross(across)).normalize_or(view.wo);
-            (
-                transform.point(p),
-                ng,
-                p_error.max(gamma(24) * extent(transform.point(p))),
-            )
-        }
-    };
-    let dp_du = transform.vector(along);
-    ShapePoint {
-        p,
-        p_error: Vec3::splat(p_error),
-        ng,
-        ns: ng,
-        corners: [
+    }
+
+    /// The point at the hit's place along and across.
+    pub(super) fn point(&self, transform: &EngineTransform, view: &View) -> ShapePoint {
+        let Self {
+            controls, radii, ..
+        } = self;
+        let weights = Weights::at(self.basis, view.uv.x);
+        let axis = Weights::sum(&weights.value, controls);
+        let along = Weights::sum(&weights.slope, controls);
+        let order = self.basis.n_points();
+        let radii = weights.value.iter().zip(radii).take(order);
+        let radius: f32 = radii.map(|(w, r)| w * r).sum();
+        let size = controls.iter().map(|&p| extent(p)).fold(0.0, f32::max) + radius;
+        let p_error = gamma(24) * (size + transform.reach());
+
+        let (p, ng, p_error) = match self.profile {
+            CurveProfile::Round => {
+                let ball = Ball {
+                    center: axis,
+                    radius,
+                };
+                let (p, ng, ball_error) = ball.point_and_normal(transform, view);
+                (p, ng, p_error.max(ball_error))
+            }
+            CurveProfile::Ribbon => {
+                let normal = self.ribbon_normal(&weights, transform, view);
+                let across = normal.cross(along).normalize_or_zero();
+                let p = axis + (2.0 * view.uv.y - 1.0) * radius * across;
+                let ng = transform.normal(along.cross(across)).normalize_or(view.wo);
+                (
+                    transform.point(p),
+                    ng,
+                    p_error.max(gamma(24) * extent(transform.point(p))),
+                )
+            }
+        };
+        let dp_du = transform.vector(along);
+        ShapePoint {
             p,
-            p + dp_du,
-            p + radius * ng.cross(dp_du).normalize_or_zero(),
-        ],
-        barycentrics: Vec2::ZERO,
-        element: Element::Segment {
-            segment,
-            first: first as u32,
-            weights: weights.value,
-            slopes: weights.slope,
-        },
+            p_error: Vec3::splat(p_error),
+            ng,
+            ns: ng,
+            corners: [
+                p,
+                p + dp_du,
+                p + radius * ng.cross(dp_du).normalize_or_zero(),
+            ],
+            barycentrics: Vec2::ZERO,
+            element: Element::Segment {
+                segment: 0,
+                first: 0,
+                weights: weights.value,
+                slopes: weights.slope,
+            },
+        }
+    }
+
+    /// The normal along an oriented ribbon; toward the ray where there is none.
+    fn ribbon_normal(&self, weights: &Weights, transform: &EngineTransform, view: &View) -> Vec3 {
+        let Some(normals) = &self.normals else {
+            let viewer = transform.point_of_chunk(view.p_ray + view.wo);
+            return viewer - transform.point_of_chunk(view.p_ray);
+        };
+        let normals = weights.value.iter().zip(normals);
+        let normals = normals.take(self.basis.n_points());
+        normals.map(|(w, n)| *w * *n).sum()
     }
 }
 
@@ -120,23 +160,6 @@ fn control_points(chunk: &CurvesChunk, first: usize, time: f32) -> [Vec3; 4] {
     let slots = controls.iter_mut().zip(keys);
     slots.for_each(|(slot, (a, b))| *slot = between(*a, *b, share));
     controls
-}
-
-/// The normal along an oriented ribbon; toward the ray where there is none.
-fn ribbon_normal(
-    chunk: &CurvesChunk,
-    first: usize,
-    weights: &Weights,
-    transform: &EngineTransform,
-    view: &View,
-) -> Vec3 {
-    let Some(normals) = &chunk.normals else {
-        let viewer = transform.point_of_chunk(view.p_ray + view.wo);
-        return viewer - transform.point_of_chunk(view.p_ray);
-    };
-    let range = first..first + chunk.basis.n_points();
-    let normals = weights.value.iter().zip(&normals[range]);
-    normals.map(|(w, n)| *w * Vec3::from_array(*n)).sum()
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 use kilauea_accel::Hit;
 use kilauea_scene::{Attribute, CurvesChunk, MeshChunk, PointsChunk, Prototype, Visibility};
+use kilauea_shading::ElementCounts;
 
 use super::Geometry;
 
@@ -45,6 +46,14 @@ impl<'a> Chunk<'a> {
             Self::Mesh(chunk) => chunk.prim_idx,
             Self::Points(chunk) => chunk.prim_idx,
             Self::Curves(chunk) => chunk.prim_idx,
+        }
+    }
+
+    pub(super) fn counts(self) -> ElementCounts {
+        match self {
+            Self::Mesh(chunk) => chunk.into(),
+            Self::Points(chunk) => chunk.into(),
+            Self::Curves(chunk) => chunk.into(),
         }
     }
 
@@ -102,7 +111,8 @@ impl Geometry {
     #[inline]
     pub fn locate(&self, hit: &Hit) -> PrimitiveRef {
         let placed = &self.placements[hit.instance as usize];
-        let (chunk, primitive) = self.prototypes[placed.prototype as usize].locate(hit.primitive);
+        let (chunk, primitive) =
+            self.outline.prototypes[placed.prototype as usize].locate(hit.primitive);
         PrimitiveRef {
             placement: hit.instance,
             chunk,

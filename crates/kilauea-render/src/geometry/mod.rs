@@ -1,6 +1,7 @@
 //! The scene's surfaces as rays find them: placed prototypes, their chunks and their shaders.
 
 mod accel_input;
+mod carried;
 mod curve;
 mod flatten;
 mod interaction;
@@ -14,16 +15,19 @@ mod triangle;
 
 use std::sync::Arc;
 
-use kilauea_accel::{Accel, BuildOptions};
-use kilauea_math::Vec3;
-use kilauea_scene::{InstanceAttribute, MeshChunk, Scene, Visibility};
-use kilauea_shading::{PrimvarSlot, Surface};
+use kilauea_accel::{Accel, BuildOptions, Placement, Whole};
+use kilauea_math::{Bounds3, Vec3};
+use kilauea_scene::{Attribute, InstanceAttribute, MeshChunk, Scene, Visibility};
+use kilauea_shading::{Element, PrimvarSlot, Surface};
 use kilauea_texture::TextureStore;
 use shaders::Shader;
 
 use crate::RenderError;
 use crate::prepared::PrepareOptions;
 use accel_input::accel_geometry;
+use carried::segment_of;
+pub(crate) use carried::{Carried, Shape};
+pub(crate) use curve::Segment;
 use flatten::{Flattened, flatten};
 pub(crate) use interaction::Interaction;
 pub use interaction::View;
@@ -32,41 +36,105 @@ use locate::Chunk;
 pub(crate) use locate::PrimitiveRef;
 use locate::PrototypeIndex;
 use placed::Placed;
+use shape_point::ShapePoint;
+pub(crate) use sphere::Ball;
+pub(crate) use triangle::Triangle;
 
-/// Everything a ray can hit, with what is needed to shade it.
+/// Everything a ray can hit, with what is needed to shade it; or a part of it.
 pub struct Geometry {
     scene: Arc<Scene>,
     accel: Accel,
     left_out: LeftOut,
     shaders: Vec<Shader>,
     placements: Vec<Placed>,
-    /// By prototype.
-    prototypes: Vec<PrototypeIndex>,
+    outline: Arc<Outline>,
     /// Primvar slots, by [`Placed::first_slots`] plus the chunk's number in its prototype.
     slots: Vec<Box<[PrimvarSlot]>>,
     has_instances: bool,
 }
 
+/// What all parts of a scene know of the whole: how primitives are numbered, and what their hits
+/// depend on besides.
+pub(crate) struct Outline {
+    accel: Whole,
+    /// By prototype.
+    prototypes: Vec<PrototypeIndex>,
+}
+
+/// A chunk of a scene: prototype, and number in it: meshes come first, then points, then curves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct ChunkId {
+    pub(crate) prototype: u32,
+    pub(crate) chunk: u32,
+}
+
+impl Outline {
+    /// Of a whole scene.
+    pub(crate) fn of(scene: &Scene) -> Result<Self, RenderError> {
+        let shaders: Vec<Shader> = compile(scene)?;
+        let placements = flatten(scene, &shaders).accel_placements;
+        let geometries = scene.prototypes.iter();
+        let geometries: Vec<_> = geometries.map(|p| accel_geometry(p, |_| true)).collect();
+        Ok(Self::new(scene, &geometries, &placements))
+    }
+
+    fn new(
+        scene: &Scene,
+        geometries: &[kilauea_accel::Geometry<'_>],
+        placements: &[Placement],
+    ) -> Self {
+        Self {
+            accel: Whole::of(geometries, placements),
+            prototypes: scene.prototypes.iter().map(PrototypeIndex::new).collect(),
+        }
+    }
+}
+
+/// The shaders of all materials.
+fn compile(scene: &Scene) -> Result<Vec<Shader>, RenderError> {
+    let shaders = scene.materials.iter().map(Shader::compile);
+    Ok(shaders.collect::<Result<_, _>>()?)
+}
+
 impl Geometry {
     /// Flattens the prototype graph, compiles the shaders and builds the tree.
     pub fn build(scene: Arc<Scene>, options: &PrepareOptions) -> Result<Self, RenderError> {
-        let shaders: Vec<Shader> = scene
-            .materials
-            .iter()
-            .map(Shader::compile)
-            .collect::<Result<_, _>>()?;
+        Self::build_part(scene, None, |_| true, options)
+    }
+
+    /// The same of a part of a scene that has been cut: rays meet the chunks that are here. Those
+    /// that are not may be husks. Without an `outline` the scene is a whole.
+    pub(crate) fn build_part(
+        scene: Arc<Scene>,
+        outline: Option<Arc<Outline>>,
+        is_here: impl Fn(ChunkId) -> bool,
+        options: &PrepareOptions,
+    ) -> Result<Self, RenderError> {
+        let shaders = compile(&scene)?;
         let Flattened {
             placements,
             accel_placements,
             slots,
             n_instances,
         } = flatten(&scene, &shaders);
-        let geometries: Vec<_> = scene.prototypes.iter().map(accel_geometry).collect();
+        let geometries: Vec<_> = (0..)
+            .zip(&scene.prototypes)
+            .map(|(prototype, of)| {
+                accel_geometry(of, |chunk| is_here(ChunkId { prototype, chunk }))
+            })
+            .collect();
+        let outline = outline
+            .unwrap_or_else(|| Arc::new(Outline::new(&scene, &geometries, &accel_placements)));
         let build_options = BuildOptions {
             specialize: options.specialize_rays,
             ..BuildOptions::default()
         };
-        let accel = Accel::build(&geometries, &accel_placements, &build_options);
+        let accel = Accel::build_part(
+            &geometries,
+            &accel_placements,
+            &outline.accel,
+            &build_options,
+        );
         let left_out = LeftOut::of(&accel, &geometries, &placements, &scene);
         drop(geometries);
         Ok(Self {
@@ -74,11 +142,16 @@ impl Geometry {
             left_out,
             shaders,
             placements,
-            prototypes: scene.prototypes.iter().map(PrototypeIndex::new).collect(),
+            outline,
             slots,
             has_instances: n_instances > 0,
             scene,
         })
+    }
+
+    /// A box around all surfaces, those elsewhere too.
+    pub fn bounds(&self) -> Bounds3 {
+        self.outline.accel.bounds()
     }
 
     /// The acceleration structure.
@@ -116,6 +189,26 @@ impl Geometry {
         self.placements[placement as usize].visibility
     }
 
+    /// The prototype that a placement places.
+    pub(crate) fn prototype_of(&self, placement: u32) -> u32 {
+        self.placements[placement as usize].prototype
+    }
+
+    /// A box in engine space around what fills `bounds` in the space of a placement's chunks, at all
+    /// times, with room for all roundings.
+    pub(crate) fn placed_bounds(&self, placement: u32, bounds: &Bounds3) -> Bounds3 {
+        self.placements[placement as usize].motion.bounds(bounds)
+    }
+
+    /// Rays that meet a chunk of a placement.
+    pub(crate) fn chunk_visibility(&self, placement: u32, chunk: u32) -> Visibility {
+        self.met_by(PrimitiveRef {
+            placement,
+            chunk,
+            primitive: 0,
+        })
+    }
+
     /// Rays that meet a primitive.
     pub fn met_by(&self, at: PrimitiveRef) -> Visibility {
         self.chunk(at).visibility() & self.visibility(at.placement)
@@ -151,6 +244,12 @@ impl Geometry {
         &self.scene.materials[self.material(at) as usize].path
     }
 
+    /// A primitive in words: its prim and its material.
+    pub fn name(&self, at: PrimitiveRef) -> String {
+        let prim = self.scene.prim_path(self.ids(at).0.cast_unsigned());
+        format!("{prim} of material {}", self.material_path(at))
+    }
+
     /// Corner points of a triangle in engine space, in the chunk's winding, as the shutter opens.
     #[inline]
     pub fn corners(&self, at: PrimitiveRef) -> [Vec3; 3] {
@@ -167,14 +266,49 @@ impl Geometry {
         view: &View,
         textures: &'a TextureStore,
     ) -> Interaction<'a> {
-        let placed = &self.placements[at.placement as usize];
-        let transform = placed.motion.at(view.time);
+        let transform = self.placements[at.placement as usize].motion.at(view.time);
         let chunk = self.chunk(at);
-        let point = match chunk {
-            Chunk::Mesh(mesh) => triangle::triangle_point(mesh, at.primitive, &transform, view),
-            Chunk::Points(points) => sphere::sphere_point(points, at.primitive, &transform, view),
-            Chunk::Curves(curves) => curve::curve_point(curves, at.primitive, &transform, view),
-        };
+        let mut point;
+        match chunk {
+            Chunk::Mesh(mesh) => {
+                point = Triangle::of(mesh, at.primitive, view.time).point(&transform, view);
+                point.element = Element::triangle(mesh, at.primitive);
+            }
+            Chunk::Points(points) => {
+                point = Ball::of(points, at.primitive, view.time).point(&transform, view);
+                point.element = Element::Point(at.primitive);
+            }
+            Chunk::Curves(curves) => {
+                point = Segment::of(curves, at.primitive, view.time).point(&transform, view);
+                point.element = segment_of(curves, at.primitive, point.element);
+            }
+        }
+        self.interaction_at(at, &point, chunk.attributes(), view, textures)
+    }
+
+    /// The same of a primitive that is elsewhere, as far as it was `carried` here.
+    pub(crate) fn interaction_of_carried<'a>(
+        &'a self,
+        at: PrimitiveRef,
+        carried: &'a Carried,
+        view: &View,
+        textures: &'a TextureStore,
+    ) -> Interaction<'a> {
+        let transform = self.placements[at.placement as usize].motion.at(view.time);
+        let point = carried.shape.point(&transform, view);
+        self.interaction_at(at, &point, &carried.attributes, view, textures)
+    }
+
+    #[inline(always)]
+    fn interaction_at<'a>(
+        &'a self,
+        at: PrimitiveRef,
+        point: &ShapePoint,
+        attributes: &'a [Attribute],
+        view: &View,
+        textures: &'a TextureStore,
+    ) -> Interaction<'a> {
+        let placed = &self.placements[at.placement as usize];
         let (instance_primvars, instance_index) = self.instance_attributes(placed);
         Interaction {
             at,
@@ -185,7 +319,7 @@ impl Geometry {
                 wo: view.wo,
                 corners: point.corners,
                 barycentrics: point.barycentrics,
-                attributes: chunk.attributes(),
+                attributes,
                 element: point.element,
                 primvars: &self.slots[(placed.first_slots + at.chunk) as usize],
                 instance_primvars,
@@ -195,7 +329,7 @@ impl Geometry {
                 textures,
             },
             p_error: point.p_error,
-            shader: &self.shaders[chunk.material() as usize],
+            shader: self.shader(at),
             time: view.time,
         }
     }

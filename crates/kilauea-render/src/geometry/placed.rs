@@ -1,7 +1,7 @@
 use std::borrow::Cow;
 
 use kilauea_accel::PlacementError;
-use kilauea_math::{DAffine3, DVec3, Mat3, Vec3};
+use kilauea_math::{Bounds3, DAffine3, DVec3, Mat3, Vec3};
 use kilauea_scene::Visibility;
 
 use super::keys::{TransformKeys, key_before};
@@ -59,6 +59,30 @@ impl PlacedMotion {
                 let (before, share) = key_before(keys.len(), time);
                 Cow::Owned(keys[before].toward(&keys[before + 1], share))
             }
+        }
+    }
+
+    /// Around what fills `bounds` before it is placed, at all times.
+    pub(super) fn bounds(&self, bounds: &Bounds3) -> Bounds3 {
+        /// Of what boxes of trees may be larger than what is in them, some times over.
+        const MARGIN: f32 = 64.0 * f32::EPSILON;
+        let keys = match self {
+            Self::Still(transform) => std::slice::from_ref(transform),
+            Self::Moving(keys) => keys,
+        };
+        let (low, high) = (bounds.min, bounds.max);
+        let corners = (0..8).map(|corner| {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { low } else { high }[axis];
+            Vec3::new(pick(0), pick(1), pick(2))
+        });
+        // Between keys, points are on straight lines between those of the keys.
+        let points = corners.flat_map(|p| keys.iter().map(move |key| key.point(p)));
+        let placed = Bounds3::from_points(points);
+        let reach = placed.min.abs().max(placed.max.abs()).max_element();
+        let margin = MARGIN * (reach + placed.diagonal().max_element());
+        Bounds3 {
+            min: placed.min - margin,
+            max: placed.max + margin,
         }
     }
 

@@ -40,33 +40,50 @@ fn corner_normals(chunk: &MeshChunk, triangle: u32, time: f32) -> Option<[Vec3; 
     Some(vertices.map(|v| between(a[v as usize], b[v as usize], share)))
 }
 
-/// The point with the view's weights of the second and third corner.
-#[inline]
-pub(super) fn triangle_point(
-    chunk: &MeshChunk,
-    triangle: u32,
-    transform: &EngineTransform,
-    view: &View,
-) -> ShapePoint {
-    let corners = corners(chunk, triangle, view.time).map(|p| transform.exact_point(p));
-    let (u, v) = (view.uv.x, view.uv.y);
-    let w = 1.0 - u - v;
-    let point = SurfacePoint::on_triangle(corners, u, v, transform.error());
-    let ng = (point.ng * transform.handedness()).normalize_or(view.wo);
-    let ns = match corner_normals(chunk, triangle, view.time) {
-        None => ng,
-        Some([na, nb, nc]) => {
-            let ns = transform.normal(w * na + u * nb + v * nc).normalize_or(ng);
-            if ns.dot(ng) < 0.0 { -ns } else { ns }
+/// A triangle at a moment, in its chunk's space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Triangle {
+    /// In the chunk's winding.
+    pub(crate) corners: [Vec3; 3],
+    /// Shading normals of the corners; none where faceted.
+    pub(crate) normals: Option<[Vec3; 3]>,
+}
+
+impl Triangle {
+    #[inline]
+    pub(super) fn of(chunk: &MeshChunk, triangle: u32, time: f32) -> Self {
+        Self {
+            corners: corners(chunk, triangle, time),
+            normals: corner_normals(chunk, triangle, time),
         }
-    };
-    ShapePoint {
-        p: point.p,
-        p_error: point.p_error,
-        ng,
-        ns,
-        corners: corners.map(DVec3::as_vec3),
-        barycentrics: view.uv,
-        element: Element::triangle(chunk, triangle),
+    }
+
+    /// The point with the view's weights of the second and third corner.
+    #[inline]
+    pub(super) fn point(&self, transform: &EngineTransform, view: &View) -> ShapePoint {
+        let corners = self.corners.map(|p| transform.exact_point(p));
+        let (u, v) = (view.uv.x, view.uv.y);
+        let w = 1.0 - u - v;
+        let point = SurfacePoint::on_triangle(corners, u, v, transform.error());
+        let ng = (point.ng * transform.handedness()).normalize_or(view.wo);
+        let ns = match self.normals {
+            None => ng,
+            Some([na, nb, nc]) => {
+                let ns = transform.normal(w * na + u * nb + v * nc).normalize_or(ng);
+                if ns.dot(ng) < 0.0 { -ns } else { ns }
+            }
+        };
+        ShapePoint {
+            p: point.p,
+            p_error: point.p_error,
+            ng,
+            ns,
+            corners: corners.map(DVec3::as_vec3),
+            barycentrics: view.uv,
+            element: Element::Triangle {
+                face: 0,
+                vertices: [0, 1, 2],
+            },
+        }
     }
 }

@@ -43,22 +43,14 @@ impl RayCone {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kilauea_math::{DMat4, DVec3};
-    use kilauea_scene::{Camera, Projection};
+    use kilauea_math::DVec3;
+    use kilauea_scene::Camera;
 
     #[test]
     fn camera_rays_are_as_wide_as_their_share_of_a_pixel() {
         let camera = Camera {
-            path: "/cam".into(),
-            world_from_camera: DMat4::IDENTITY,
-            later_world_from_camera: Vec::new(),
-            shutter: [0.0; 2],
-            projection: Projection::Perspective,
-            screen_window: [-0.5, -0.5, 0.5, 0.5],
-            lens_radius: 0.0,
-            focus_distance: 0.0,
             clipping_range: [0.1, 100.0],
-            exposure_scale: 1.0,
+            ..Camera::default()
         };
         let camera = RayGenerator::new(&camera, [100, 100], DVec3::ZERO);
         let width = |samples| RayCone::of_camera_ray(&camera, samples).spread * 100.0;

@@ -4,13 +4,17 @@
 //! is traced once more, under watch: it is the same path, as its numbers follow from its pixel and
 //! sample.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::sync::OnceLock;
+
+use serde::{Deserialize, Serialize};
 
 use crate::geometry::PrimitiveRef;
 
 /// What a path does, in order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) enum Step {
     /// The camera made a ray.
     CameraRay,
@@ -36,14 +40,14 @@ pub(crate) enum Step {
     Exposure,
 }
 
-/// Where a path broke.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Fault {
+/// Where a path broke. Surfaces have names where other processes read of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct Fault<At = PrimitiveRef> {
     pub(crate) step: Step,
     /// Scattering events before it.
     pub(crate) depth: u32,
     /// The surface at which it happened, if at any.
-    pub(crate) at: Option<PrimitiveRef>,
+    pub(crate) at: Option<At>,
 }
 
 /// Sees the values of a path.
@@ -92,62 +96,115 @@ impl Watch for &FirstFault {
     }
 }
 
-/// The faults of a frame.
-#[derive(Debug, Default)]
-pub(crate) struct Faults {
-    by_step: BTreeMap<Step, Found>,
+/// The faults of many samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Faults<At = PrimitiveRef> {
+    by_step: BTreeMap<Step, Found<At>>,
 }
 
-#[derive(Debug)]
-struct Found {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Found<At> {
     n_samples: u64,
     /// The topmost, then leftmost, then earliest sample: the same however threads share the work.
-    first: (SampleId, Fault),
+    first: (SampleId, Fault<At>),
+}
+
+impl<At> Default for Faults<At> {
+    fn default() -> Self {
+        Self {
+            by_step: BTreeMap::new(),
+        }
+    }
 }
 
 /// A sample of a pixel; ordered by row, column and number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub(crate) struct SampleId {
     pub(crate) row: i32,
     pub(crate) column: i32,
     pub(crate) sample: u32,
 }
 
-impl Faults {
+impl<At> Faults<At> {
     /// Counts a sample.
-    pub(crate) fn add(&mut self, id: SampleId, fault: Fault) {
-        let found = self.by_step.entry(fault.step).or_insert(Found {
-            n_samples: 0,
-            first: (id, fault),
+    pub(crate) fn add(&mut self, id: SampleId, fault: Fault<At>) {
+        let first = (id, fault);
+        self.add_found(Found {
+            n_samples: 1,
+            first,
         });
-        found.n_samples += 1;
-        if id < found.first.0 {
-            found.first = (id, fault);
+    }
+
+    /// Counts the samples of others.
+    pub(crate) fn merge(&mut self, others: Self) {
+        for found in others.by_step.into_values() {
+            self.add_found(found);
+        }
+    }
+
+    fn add_found(&mut self, found: Found<At>) {
+        match self.by_step.entry(found.first.1.step) {
+            Entry::Vacant(entry) => {
+                entry.insert(found);
+            }
+            Entry::Occupied(mut entry) => {
+                let so_far = entry.get_mut();
+                so_far.n_samples += found.n_samples;
+                if found.first.0 < so_far.first.0 {
+                    so_far.first = found.first;
+                }
+            }
         }
     }
 
     /// Samples by the step at which they broke; every step is named.
-    pub(crate) fn counts(&self) -> BTreeMap<&'static str, u64> {
+    pub(crate) fn counts(&self) -> BTreeMap<Cow<'static, str>, u64> {
         let count = |step| self.by_step.get(&step).map_or(0, |found| found.n_samples);
-        Step::ALL.map(|step| (step.name(), count(step))).into()
+        Step::ALL
+            .map(|step| (step.name().into(), count(step)))
+            .into()
     }
+}
 
-    /// A line for each step at which samples broke. `place` names a surface.
-    pub(crate) fn lines(&self, place: impl Fn(PrimitiveRef) -> String) -> Vec<String> {
-        let line = |(step, found): (&Step, &Found)| {
-            let (id, fault) = found.first;
+impl Faults {
+    /// The same with the names that `place` gives surfaces.
+    pub(crate) fn named(&self, place: impl Fn(PrimitiveRef) -> String) -> Faults<String> {
+        let named = |found: &Found<PrimitiveRef>| {
+            let (id, Fault { step, depth, at }) = found.first;
+            let at = at.map(&place);
+            Found {
+                n_samples: found.n_samples,
+                first: (id, Fault { step, depth, at }),
+            }
+        };
+        let by_step = &self.by_step;
+        Faults {
+            by_step: by_step
+                .iter()
+                .map(|(&k, found)| (k, named(found)))
+                .collect(),
+        }
+    }
+}
+
+impl Faults<String> {
+    /// A line for each step at which samples broke.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        let line = |(step, found): (&Step, &Found<String>)| {
+            let (id, fault) = &found.first;
             let SampleId {
                 row,
                 column,
                 sample,
             } = id;
-            let at = fault.at.map_or_else(String::new, &place);
+            let at = fault.at.as_ref();
             format!(
                 "{} samples are black because their {} was not finite; the first in pixel \
-                 ({column}, {row}), sample {sample}, after {} bounces{at}",
+                 ({column}, {row}), sample {sample}, after {} bounces{}",
                 found.n_samples,
                 step.words(),
                 fault.depth,
+                at.map_or_else(String::new, |at| format!(", on {at}")),
             )
         };
         self.by_step.iter().map(line).collect()
@@ -232,10 +289,27 @@ mod tests {
         assert_eq!(counts.len(), Step::ALL.len());
         assert_eq!((counts["emission"], counts["bsdf_sample"]), (3, 1));
         assert_eq!(counts["sum"], 0);
-        let lines = faults.lines(|_| unreachable!("no fault is at a surface"));
+        let lines = faults
+            .named(|_| unreachable!("no fault is at a surface"))
+            .lines();
         assert_eq!(lines.len(), 2);
         assert!(lines[0].contains("3 samples") && lines[0].contains("pixel (9, 2), sample 3"));
         assert!(lines[0].contains("after 8 bounces"), "{}", lines[0]);
         assert!(lines[1].contains("BSDF sample"), "{}", lines[1]);
+    }
+
+    #[test]
+    fn faults_of_others_add_up() {
+        let mut all = Faults::default();
+        let mut parts = [Faults::default(), Faults::default()];
+        for (row, part) in [(4, 0), (1, 1), (7, 1), (2, 0)] {
+            all.add(id(row, 0), fault(Step::Hit, row.cast_unsigned()));
+            parts[part].add(id(row, 0), fault(Step::Hit, row.cast_unsigned()));
+        }
+        parts[1].add(id(0, 0), fault(Step::Sum, 1));
+        all.add(id(0, 0), fault(Step::Sum, 1));
+        let [mut first, second] = parts;
+        first.merge(second);
+        assert_eq!(first, all);
     }
 }

@@ -9,10 +9,10 @@
 use kilauea_accel::Hit;
 use kilauea_math::{Spectrum, Vec3};
 use kilauea_shading::Medium;
-use kilauea_texture::TextureStore;
 use shaders::Shader;
 
 use super::camera_media::media_around;
+use super::rays::RayTracer;
 use crate::geometry::{Geometry, Interaction};
 
 /// What a path knows of the media around it.
@@ -21,7 +21,7 @@ pub(crate) trait Media: Copy + Send + Sync {
     const AIR: Self;
 
     /// In whatever is around a point.
-    fn around(p: Vec3, geometry: &Geometry, textures: &TextureStore) -> Self;
+    fn around(p: Vec3, rays: &RayTracer<'_, false>) -> Self;
 
     /// The priority below which boundaries are hidden to a ray that starts here.
     fn least_priority(&self, geometry: &Geometry) -> i8;
@@ -66,7 +66,7 @@ pub(crate) struct Air;
 impl Media for Air {
     const AIR: Self = Self;
 
-    fn around(_: Vec3, _: &Geometry, _: &TextureStore) -> Self {
+    fn around(_: Vec3, _: &RayTracer<'_, false>) -> Self {
         Self
     }
 
@@ -165,8 +165,8 @@ impl Media for MediumStack {
         has_overflowed: false,
     };
 
-    fn around(p: Vec3, geometry: &Geometry, textures: &TextureStore) -> Self {
-        media_around(p, geometry, textures)
+    fn around(p: Vec3, rays: &RayTracer<'_, false>) -> Self {
+        media_around(p, rays)
     }
 
     #[inline]

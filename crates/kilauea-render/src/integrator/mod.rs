@@ -23,5 +23,5 @@ pub(crate) use guide::{GUIDED_SHARE, Guide, Guided, PathTrail, Training, Unguide
 pub(crate) use media::{Air, Boundary, Media, MediumStack};
 pub(crate) use merge::{CausticMerge, Merge, Unmerged};
 pub(crate) use path::{PathIntegrator, RayCounts};
-pub(crate) use question::{Answer, Question};
+pub(crate) use question::{Answer, Met, Question};
 pub(crate) use rays::RayTracer;

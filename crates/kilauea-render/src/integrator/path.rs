@@ -6,6 +6,7 @@ use kilauea_film::PixelSample;
 use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_spot::{Context, Program};
 use kilauea_texture::TextureStore;
+use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
 use std::pin::pin;
 
@@ -19,7 +20,7 @@ use super::question::{Answer, Question};
 use super::shade::PathShade;
 use super::throughput::Throughput;
 use super::walk::{Path, Vertex};
-use crate::geometry::{Geometry, Interaction, PrimitiveRef, View};
+use crate::geometry::{Carried, Geometry, Interaction, PrimitiveRef, View};
 use crate::light::{Emitted, Lights};
 use crate::needs::SceneNeeds;
 use crate::sampler::Sampler;
@@ -60,7 +61,7 @@ pub(crate) struct PathIntegrator<
 }
 
 /// Rays traced, by purpose.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RayCounts {
     /// From the camera.
     pub camera: u64,
@@ -169,16 +170,17 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             let mut out = PixelSample::default();
             let mut depth = 0;
             while let Some(asked) = &mut next {
-                let hit = asked.await.hit();
+                let (hit, met) = asked.await.hit();
+                let carried = met.as_deref().map(|met| &met.carried);
                 next = None;
                 let hit = self.meet(&mut out, &path, depth, hit, counts);
                 let Some(hit) = hit else { break };
-                if let Some(ray) = self.pass_hidden_boundary(&mut path, &hit) {
+                if let Some(ray) = self.pass_hidden_boundary(&mut path, &hit, carried) {
                     counts.indirect += 1;
                     next = Some(cx.ask(Question::closest::<CUTOUTS>(&ray, sampler, depth)));
                     continue;
                 }
-                let (vertex, knowledge) = self.arrive(&mut out, &mut path, depth, &hit);
+                let (vertex, knowledge) = self.arrive(&mut out, &mut path, depth, (&hit, carried));
                 if depth == self.max_depth {
                     break;
                 }
@@ -295,7 +297,12 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
     /// Where the hit is a boundary that is not there in the media around the path: goes on behind
     /// it, and returns the ray that finds what is next.
     #[inline]
-    fn pass_hidden_boundary(&self, path: &mut Path<M, X::Eye>, hit: &Hit) -> Option<Ray> {
+    fn pass_hidden_boundary(
+        &self,
+        path: &mut Path<M, X::Eye>,
+        hit: &Hit,
+        carried: Option<&Carried>,
+    ) -> Option<Ray> {
         let least_priority = path.media.least_priority(self.geometry);
         if least_priority == i8::MIN {
             return None;
@@ -304,7 +311,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         if !is_hidden(shader, least_priority) {
             return None;
         }
-        let interaction = self.interaction(hit, &path.ray, 0.0);
+        let interaction = self.interaction((hit, carried), &path.ray, 0.0);
         let boundary = path.media.boundary(self.geometry, &interaction)?;
         if !boundary.is_hidden {
             return None;
@@ -323,20 +330,23 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
     /// The vertex at a hit, and what is known of the light there. Adds what the surface emits.
     // So that it is made where it stays.
     #[inline(always)]
-    fn arrive(
+    fn arrive<'s>(
         &self,
         out: &mut PixelSample,
         path: &mut Path<M, X::Eye>,
         depth: u32,
-        hit: &Hit,
-    ) -> (Vertex<'a, M>, G::Knowledge) {
+        (hit, carried): (&Hit, Option<&'s Carried>),
+    ) -> (Vertex<'s, M>, G::Knowledge)
+    where
+        'a: 's,
+    {
         path.cone.advance(hit.t);
         self.watch.see(Step::Hit, depth, None, || {
             Vec3::new(hit.t, hit.u, hit.v).is_finite()
         });
         let mut vertex = Vertex {
             depth,
-            interaction: self.interaction(hit, &path.ray, path.cone.width),
+            interaction: self.interaction((hit, carried), &path.ray, path.cone.width),
             passed: path.media.transmittance(self.geometry, hit.t),
             boundary: None,
         };
@@ -387,7 +397,15 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
     }
 
     #[inline]
-    fn interaction(&self, hit: &Hit, ray: &Ray, width: f32) -> Interaction<'a> {
+    fn interaction<'s>(
+        &self,
+        (hit, carried): (&Hit, Option<&'s Carried>),
+        ray: &Ray,
+        width: f32,
+    ) -> Interaction<'s>
+    where
+        'a: 's,
+    {
         let at = self.geometry.locate(hit);
         let view = View {
             uv: Vec2::new(hit.u, hit.v),
@@ -396,6 +414,10 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             time: ray.time,
             footprint: if self.needs.textures { width } else { 0.0 },
         };
-        self.geometry.interaction(at, &view, self.textures)
+        let geometry = self.geometry;
+        match carried {
+            None => geometry.interaction(at, &view, self.textures),
+            Some(carried) => geometry.interaction_of_carried(at, carried, &view, self.textures),
+        }
     }
 }

@@ -4,6 +4,7 @@ use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_math::Vec3;
 use kilauea_spot::{Wire, WireError};
 
+use crate::geometry::Carried;
 use crate::sampler::Sampler;
 
 /// A ray. `key` decides at surfaces that let some rays pass; 0 where there are none.
@@ -20,10 +21,19 @@ pub(crate) enum Question {
 }
 
 /// The answer to a [`Question`] of the same kind.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Answer {
     Closest(Option<Hit>),
+    /// The closest hit is on a primitive that lies elsewhere.
+    Met(Box<Met>),
     Occluded(bool),
+}
+
+/// A hit on a primitive that lies elsewhere, and what is needed of that.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Met {
+    pub(crate) hit: Hit,
+    pub(crate) carried: Carried,
 }
 
 impl Question {
@@ -62,14 +72,15 @@ impl Question {
 }
 
 impl Answer {
-    /// What was hit first.
+    /// What was hit first, and what was carried here of it if it lies elsewhere.
     ///
     /// # Panics
     /// If another question was answered.
     #[inline]
-    pub(crate) fn hit(self) -> Option<Hit> {
+    pub(crate) fn hit(self) -> (Option<Hit>, Option<Box<Met>>) {
         match self {
-            Self::Closest(hit) => hit,
+            Self::Closest(hit) => (hit, None),
+            Self::Met(met) => (Some(met.hit), Some(met)),
             Self::Occluded(_) => panic!("asked for a hit, told of an occlusion"),
         }
     }
@@ -82,13 +93,14 @@ impl Answer {
     pub(super) fn is_occluded(self) -> bool {
         match self {
             Self::Occluded(is_occluded) => is_occluded,
-            Self::Closest(_) => panic!("asked for an occlusion, told of a hit"),
+            Self::Closest(_) | Self::Met(_) => panic!("asked for an occlusion, told of a hit"),
         }
     }
 }
 
 const CLOSEST: u8 = 0;
 const OCCLUDED: u8 = 1;
+const MET: u8 = 2;
 
 impl Wire for Question {
     fn encode(&self, bytes: &mut Vec<u8>) {
@@ -140,10 +152,13 @@ impl Wire for Answer {
                 CLOSEST.encode(bytes);
                 hit.is_some().encode(bytes);
                 if let Some(hit) = hit {
-                    [hit.t, hit.u, hit.v].encode(bytes);
-                    hit.primitive.encode(bytes);
-                    hit.instance.encode(bytes);
+                    encode_hit(hit, bytes);
                 }
+            }
+            Self::Met(met) => {
+                MET.encode(bytes);
+                encode_hit(&met.hit, bytes);
+                met.carried.encode(bytes);
             }
             Self::Occluded(is_occluded) => {
                 OCCLUDED.encode(bytes);
@@ -154,22 +169,34 @@ impl Wire for Answer {
 
     fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
         match u8::decode(bytes)? {
-            CLOSEST if bool::decode(bytes)? => {
-                let [t, u, v] = Wire::decode(bytes)?;
-                let (primitive, instance) = (u32::decode(bytes)?, u32::decode(bytes)?);
-                Ok(Self::Closest(Some(Hit {
-                    t,
-                    u,
-                    v,
-                    primitive,
-                    instance,
-                })))
-            }
+            CLOSEST if bool::decode(bytes)? => Ok(Self::Closest(Some(decode_hit(bytes)?))),
             CLOSEST => Ok(Self::Closest(None)),
+            MET => Ok(Self::Met(Box::new(Met {
+                hit: decode_hit(bytes)?,
+                carried: Carried::decode(bytes)?,
+            }))),
             OCCLUDED => Ok(Self::Occluded(bool::decode(bytes)?)),
             other => Err(WireError::Variant(other)),
         }
     }
+}
+
+fn encode_hit(hit: &Hit, bytes: &mut Vec<u8>) {
+    [hit.t, hit.u, hit.v].encode(bytes);
+    hit.primitive.encode(bytes);
+    hit.instance.encode(bytes);
+}
+
+fn decode_hit(bytes: &mut &[u8]) -> Result<Hit, WireError> {
+    let [t, u, v] = Wire::decode(bytes)?;
+    let (primitive, instance) = (u32::decode(bytes)?, u32::decode(bytes)?);
+    Ok(Hit {
+        t,
+        u,
+        v,
+        primitive,
+        instance,
+    })
 }
 
 #[cfg(test)]

@@ -10,6 +10,8 @@ use super::blame::Blame;
 use super::media::is_hidden;
 use super::question::{Answer, Question};
 use crate::geometry::{Geometry, View};
+use crate::prepared::PreparedScene;
+use crate::set::{Asker, Broadcast};
 
 /// Traces rays.
 ///
@@ -24,6 +26,8 @@ pub(crate) struct RayTracer<'a, const CUTOUTS: bool> {
     pub textures: &'a TextureStore,
     /// Where a shader that panics leaves its name.
     pub blame: &'a Blame,
+    /// Who holds the surfaces that rays meet, if they are not here.
+    pub(crate) set: Option<Asker<'a>>,
 }
 
 impl<P, const CUTOUTS: bool> Answerer<P> for RayTracer<'_, CUTOUTS>
@@ -32,6 +36,49 @@ where
 {
     #[inline]
     fn answer(&self, question: Question) -> Answer {
+        self.answer_to(question)
+    }
+}
+
+impl<'a, const CUTOUTS: bool> RayTracer<'a, CUTOUTS> {
+    /// Answers for a whole scene.
+    pub(crate) fn of(prepared: &'a PreparedScene, blame: &'a Blame) -> Self {
+        let set = prepared.set.as_ref().map(|set| Asker {
+            set,
+            broadcast: Broadcast::default(),
+        });
+        Self {
+            set,
+            ..Self::of_part(&prepared.geometry, &prepared.textures, blame)
+        }
+    }
+
+    /// Answers for surfaces that are here.
+    pub(crate) fn of_part(
+        geometry: &'a Geometry,
+        textures: &'a TextureStore,
+        blame: &'a Blame,
+    ) -> Self {
+        Self {
+            geometry,
+            textures,
+            blame,
+            set: None,
+        }
+    }
+
+    /// The same, asking those of a set that `broadcast` says.
+    pub(crate) fn asking(self, broadcast: Broadcast) -> Self {
+        let set = self.set.map(|asker| Asker { broadcast, ..asker });
+        Self { set, ..self }
+    }
+
+    /// The answer, which does not depend on where surfaces are.
+    #[inline]
+    pub(crate) fn answer_to(&self, question: Question) -> Answer {
+        if let Some(asker) = &self.set {
+            return asker.answer::<CUTOUTS>(question, self.blame);
+        }
         match question {
             Question::Closest { ray, key } => Answer::Closest(self.closest(&ray, key)),
             Question::Occluded {

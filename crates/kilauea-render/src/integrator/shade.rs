@@ -32,7 +32,7 @@ where
     X: Merge,
 {
     pub(super) integrator: &'v PathIntegrator<'a, CUTOUTS, M, G, X, W>,
-    pub(super) vertex: Vertex<'a, M>,
+    pub(super) vertex: Vertex<'v, M>,
     pub(super) path: &'v mut Path<M, X::Eye>,
     /// What is known of the light here.
     pub(super) knowledge: G::Knowledge,

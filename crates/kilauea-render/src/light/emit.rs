@@ -86,7 +86,7 @@ impl<'a> Emitter<'a> {
         geometry: &'a Geometry,
         textures: &'a TextureStore,
     ) -> Self {
-        let lit = LitBox::new(geometry.accel().bounds());
+        let lit = LitBox::new(geometry.bounds());
         let area = lights.area.iter().map(|l| l.flux(textures).luminance());
         let infinite = lights.infinite.iter().map(|l| {
             lit.as_ref().map_or(0.0, |lit| match l {

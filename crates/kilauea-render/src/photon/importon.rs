@@ -91,14 +91,10 @@ fn trace<const CUTOUTS: bool, M: Media>(
         columns,
         has_motion: prepared.needs.motion,
         camera,
-        camera_media: M::around(ray.at(ray.t_min), geometry, textures),
+        camera_media: M::around(ray.at(ray.t_min), &RayTracer::of(prepared, &blame)),
         sequence: tables.pixel([0, 0]),
     };
-    let answerer = RayTracer::<CUTOUTS> {
-        geometry,
-        textures,
-        blame: &blame,
-    };
+    let answerer = RayTracer::<CUTOUTS>::of(prepared, &blame);
     let workforce = Workforce::inline(request.n_threads);
     let left = follow_all(tracer, n_blocks, &answerer, workforce)
         .map_err(|error| RenderError::of_run(error, &blame, geometry))?;
@@ -141,12 +137,12 @@ impl<const CUTOUTS: bool, M: Media> Follow for ImportonTracer<'_, CUTOUTS, M> {
         while path.depth < self.request.max_depth && path.n_rough < self.request.max_rough {
             let ray = &path.traveller.ray;
             let question = Question::closest::<CUTOUTS>(ray, &sampler, path.depth);
-            let Some(hit) = cx.ask(question).await.hit() else {
-                break;
-            };
+            let (hit, met) = cx.ask(question).await.hit();
+            let Some(hit) = hit else { break };
             let footprint = self.width(path.travelled + hit.t);
-            let met = self.surfaces.meet(&mut path.traveller, hit, footprint);
-            let Some(vertex) = met else { continue };
+            let hit = (hit, met.as_deref().map(|met| &met.carried));
+            let vertex = self.surfaces.meet(&mut path.traveller, hit, footprint);
+            let Some(vertex) = vertex else { continue };
             path.travelled += vertex.distance;
             if !self.arrive(&mut path, &vertex, number, left, &sampler) {
                 break;

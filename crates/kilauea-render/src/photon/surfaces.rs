@@ -4,7 +4,7 @@ use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_texture::TextureStore;
 
-use crate::geometry::{Geometry, Interaction, View};
+use crate::geometry::{Carried, Geometry, Interaction, View};
 use crate::integrator::{Boundary, Media};
 
 /// Something on its way.
@@ -71,15 +71,18 @@ impl<M: Media> Traveller<M> {
 impl<'a> Surfaces<'a> {
     /// Arrives at what the traveller's ray hit. What media absorb on the way is taken from what it
     /// carries. None where the surface is a boundary that its medium hides: the ray goes on behind.
-    pub(super) fn meet<M: Media>(
+    pub(super) fn meet<'s, M: Media>(
         &self,
         traveller: &mut Traveller<M>,
-        hit: Hit,
+        (hit, carried): (Hit, Option<&'s Carried>),
         footprint: f32,
-    ) -> Option<Vertex<'a, M>> {
+    ) -> Option<Vertex<'s, M>>
+    where
+        'a: 's,
+    {
         let hit = traveller.media.since_departure(hit);
         let ray = &mut traveller.from_departure;
-        let mut interaction = self.interaction(&hit, ray, footprint);
+        let mut interaction = self.interaction((&hit, carried), ray, footprint);
         let boundary = traveller.media.boundary(self.geometry, &interaction);
         if let Some(boundary) = &boundary {
             if boundary.is_hidden {
@@ -98,7 +101,15 @@ impl<'a> Surfaces<'a> {
         })
     }
 
-    fn interaction(&self, hit: &Hit, ray: &Ray, footprint: f32) -> Interaction<'a> {
+    fn interaction<'s>(
+        &self,
+        (hit, carried): (&Hit, Option<&'s Carried>),
+        ray: &Ray,
+        footprint: f32,
+    ) -> Interaction<'s>
+    where
+        'a: 's,
+    {
         let view = View {
             uv: Vec2::new(hit.u, hit.v),
             p_ray: ray.at(hit.t),
@@ -106,8 +117,11 @@ impl<'a> Surfaces<'a> {
             time: ray.time,
             footprint,
         };
-        let at = self.geometry.locate(hit);
-        self.geometry.interaction(at, &view, self.textures)
+        let (geometry, at) = (self.geometry, self.geometry.locate(hit));
+        match carried {
+            None => geometry.interaction(at, &view, self.textures),
+            Some(carried) => geometry.interaction_of_carried(at, carried, &view, self.textures),
+        }
     }
 }
 

@@ -96,9 +96,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     /// Keeps the numbers of photons apart from those of camera paths.
     const PHOTON_SEED: u32 = 0x5bf0_3635;
     let start = Instant::now();
-    let PreparedScene {
-        geometry, textures, ..
-    } = prepared;
+    let PreparedScene { geometry, .. } = prepared;
     let &PhotonRequest {
         n_emitted,
         max_depth,
@@ -112,11 +110,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     let blame = Blame::default();
     let tables = SamplerTables::new(n_emitted, max_depth, seed ^ PHOTON_SEED);
     let tracer = PhotonTracer::<CUTOUTS, M>::new(emitter, prepared, &blame, request, kept, &tables);
-    let answerer = RayTracer::<CUTOUTS> {
-        geometry,
-        textures,
-        blame: &blame,
-    };
+    let answerer = RayTracer::<CUTOUTS>::of(prepared, &blame);
     let workforce = Workforce { n_threads, shading };
     let left = follow_all(tracer, n_emitted, &answerer, workforce)
         .map_err(|error| RenderError::of_run(error, &blame, geometry))?;

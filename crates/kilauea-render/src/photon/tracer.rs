@@ -11,7 +11,7 @@ use super::surfaces::{Surfaces, Traveller, Vertex};
 use super::trace::Kept;
 use super::{MIN_ROUGHNESS, PhotonCounts, PhotonRequest, is_specular};
 use crate::follow::Follow;
-use crate::integrator::{Answer, Blame, Media, Question};
+use crate::integrator::{Answer, Blame, Media, Question, RayTracer};
 use crate::light::{CausticRay, EmittedPhoton, Emitter, Receiver};
 use crate::needs::SceneNeeds;
 use crate::prepared::PreparedScene;
@@ -72,12 +72,14 @@ impl<const CUTOUTS: bool, M: Media> Follow for PhotonTracer<'_, CUTOUTS, M> {
             left.counts.rays += 1;
             let ray = &path.traveller.ray;
             let question = Question::closest::<CUTOUTS>(ray, &sampler, path.depth);
-            let Some(hit) = cx.ask(question).await.hit() else {
+            let (hit, met) = cx.ask(question).await.hit();
+            let Some(hit) = hit else {
                 left.counts.invalid_rays += u64::from(!path.traveller.ray.is_valid());
                 break;
             };
-            let met = self.surfaces.meet(&mut path.traveller, hit, self.footprint);
-            let Some(vertex) = met else { continue };
+            let hit = (hit, met.as_deref().map(|met| &met.carried));
+            let vertex = self.surfaces.meet(&mut path.traveller, hit, self.footprint);
+            let Some(vertex) = vertex else { continue };
             match self.meeting(&path, &vertex) {
                 Meeting::Arrives => {}
                 Meeting::Blocked => break,
@@ -108,7 +110,8 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         let PreparedScene {
             geometry, textures, ..
         } = prepared;
-        let media = |p| M::around(p, geometry, textures);
+        let rays = RayTracer::<false>::of(prepared, blame);
+        let media = |p| M::around(p, &rays);
         Self {
             emitter,
             surfaces: Surfaces { geometry, textures },

@@ -3,7 +3,6 @@ use kilauea_scene::Camera;
 use kilauea_testing::{Draw, Family, Rectangle, compare, uniforms};
 use std::f64::consts::PI;
 
-use super::lit::camera;
 use crate::camera::RayGenerator;
 
 const N_DRAWS: u32 = 40_000;
@@ -17,7 +16,7 @@ fn lens_p_value(radius: f64, stated_radius: f64) -> f64 {
     let camera = generator(&Camera {
         lens_radius: radius,
         focus_distance: 3.0,
-        ..camera()
+        ..Camera::default()
     });
     let extent = radius.max(stated_radius) as f32;
     let domain = Rectangle {
@@ -54,7 +53,7 @@ fn directions_fill_the_screen_evenly() {
         let camera = generator(&Camera {
             lens_radius,
             focus_distance,
-            ..camera()
+            ..Camera::default()
         });
         // Where rays meet the plane of focus, at distance one the window from −1/2 to 1/2.
         let distance = if focus_distance > 0.0 {
@@ -85,7 +84,7 @@ fn a_moving_camera_spends_its_time_evenly() {
     let at = |x| DMat4::from_translation(DVec3::new(x, 0.0, 0.0));
     let camera = generator(&Camera {
         later_world_from_camera: vec![at(1.0), at(3.0)],
-        ..camera()
+        ..Camera::default()
     });
     let domain = Rectangle {
         min: Vec2::ZERO,

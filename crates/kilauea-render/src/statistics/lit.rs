@@ -3,8 +3,8 @@
 use kilauea_accel::Ray;
 use kilauea_math::{DVec3, Spectrum, Vec2, Vec3};
 use kilauea_scene::{
-    Camera, Channel, Input, Light, Material, MeshChunk, Node, Projection, Prototype, Scene,
-    TextureSource, Visibility,
+    Camera, Channel, Input, Light, Material, MeshChunk, Node, Prototype, Scene, TextureSource,
+    Visibility,
 };
 use kilauea_testing::{
     Comparison, Directions, Draw, Moments, compare, integrate_over, project, uniforms,
@@ -176,7 +176,7 @@ pub(super) fn prepare(
         materials: vec![glowing()],
         textures,
         lights,
-        camera: camera(),
+        camera: Camera::default(),
     };
     PreparedScene::new(scene, &PrepareOptions::default()).expect("the scene is sound")
 }
@@ -191,21 +191,5 @@ pub(crate) fn glowing() -> Material {
         shader: "UsdPreviewSurface".into(),
         inputs: [("emissiveColor".into(), input)].into(),
         nodes: vec![Node::Constant { value: [1.0; 4] }],
-    }
-}
-
-/// A camera at the origin that looks along −z.
-pub(crate) fn camera() -> Camera {
-    Camera {
-        path: "/Camera".into(),
-        world_from_camera: kilauea_math::DMat4::IDENTITY,
-        later_world_from_camera: Vec::new(),
-        shutter: [0.0; 2],
-        projection: Projection::Perspective,
-        screen_window: [-0.5, -0.5, 0.5, 0.5],
-        lens_radius: 0.0,
-        focus_distance: 0.0,
-        clipping_range: [0.1, 100.0],
-        exposure_scale: 1.0,
     }
 }

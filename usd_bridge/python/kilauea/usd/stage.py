@@ -10,7 +10,7 @@ from pxr import Gf, Sdf, Tf, Usd
 from kilauea import payload
 from kilauea.errors import StageError
 from kilauea.usd import camera as cameras
-from kilauea.usd import instancing, settings
+from kilauea.usd import edits, instancing, settings
 from kilauea.usd.bindings import Bindings
 from kilauea.usd.context import Context, Inherited, Space
 from kilauea.usd.diagnostics import captured, composition_report, error_line
@@ -50,8 +50,7 @@ class SourceStage:
         except Tf.ErrorException as error:
             raise StageError(f"cannot open stage {path}: {error_line(error)}") from None
         self._missing, self._warnings = composition_report(self._stage)
-        reported = (*self._missing, *self._warnings)
-        self._notes = [r for r in remarks if not any(line in r for line in reported)]
+        self._notes = _notes(remarks, self._missing, self._warnings)
 
     @property
     def frames_per_second(self) -> float:
@@ -86,6 +85,22 @@ class SourceStage:
         except Tf.ErrorException as error:
             raise StageError(f"cannot read stage {self.path}: {error_line(error)}") from None
         return frame
+
+    def value_text(self, name: str) -> str:
+        """Return the value of PRIM.ATTRIBUTE as text."""
+        return edits.value_text(self._stage, name)
+
+    def set_value(self, name: str, text: str) -> None:
+        """Set PRIM.ATTRIBUTE on this stage, in none of its files."""
+        edits.set_value(self._stage, name, text)
+
+    def reload(self) -> None:
+        """Read the stage's files again. What was set stays."""
+        remarks: list[str] = []
+        with captured(remarks):
+            self._stage.Reload()
+        self._missing, self._warnings = composition_report(self._stage)
+        self._notes = _notes(remarks, self._missing, self._warnings)
 
     def _time(self, options: FlattenOptions) -> float:
         return self.start_time if options.time is None else options.time
@@ -133,6 +148,12 @@ def _open(path: str, mask: tuple[str, ...]) -> Usd.Stage:
     stage = Usd.Stage.OpenMasked(path, Usd.StagePopulationMask(mask), Usd.Stage.LoadAll)
     stage.ExpandPopulationMask()
     return stage
+
+
+def _notes(remarks: list[str], *reported: list[str]) -> list[str]:
+    """Return what USD remarked and no report says."""
+    lines = [line for report in reported for line in report]
+    return [remark for remark in remarks if not any(line in remark for line in lines)]
 
 
 def _emits(frame: payload.Frame) -> bool:

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import OpenImageIO as oiio
 
 VERSION = 1
 SUFFIX = ".tiles"
@@ -119,6 +118,9 @@ def wraps_of_image(image_file: str) -> Wraps:
 
 @contextmanager
 def _open(image_file: str) -> Iterator[Any]:
+    # Takes a while to load, and most runs find all their images as tile files.
+    import OpenImageIO as oiio
+
     config = oiio.ImageSpec()
     # Texels as stored: nothing is multiplied by alpha.
     config.attribute("oiio:UnassociatedAlpha", 1)

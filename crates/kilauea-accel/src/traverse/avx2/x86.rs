@@ -19,6 +19,7 @@ use crate::traverse::keep::Keep;
 use crate::traverse::kernel::{Candidates, Distances, Kernel, Lanes};
 use crate::traverse::tree_ray::{Line, SLAB_SLACK, TreeRay};
 use crate::traverse::two_level::{self, Scene};
+use crate::traverse::walk::Visitor;
 
 /// Products of tiny triangles lose digits below this: nothing there is certain.
 const UNDERFLOW: f32 = 1e-34;
@@ -45,6 +46,17 @@ impl Avx2 {
     pub(crate) fn coherent(self) -> Avx2<true> {
         let Self(proof) = self;
         Avx2(proof)
+    }
+
+    #[inline(always)]
+    pub(crate) fn pierce<L: Line>(
+        self,
+        nodes: &[Node8],
+        ray: &TreeRay<L>,
+        visitor: &mut impl Visitor,
+    ) {
+        // SAFETY: `self` proves the features.
+        unsafe { pierce(self, nodes, ray, visitor) }
     }
 }
 
@@ -83,6 +95,11 @@ impl<const COHERENT: bool> Avx2<COHERENT> {
 }
 
 // A single tree has functions of its own: registers and stack for instances would burden it.
+
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
+fn pierce<L: Line>(avx2: Avx2, nodes: &[Node8], ray: &TreeRay<L>, visitor: &mut impl Visitor) {
+    two_level::pierce(avx2, nodes, ray, visitor);
+}
 
 #[target_feature(enable = "avx2,fma,bmi1,bmi2,popcnt")]
 fn closest_in_tree<const COHERENT: bool, L: Line>(

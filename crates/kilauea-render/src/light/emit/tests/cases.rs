@@ -1,14 +1,16 @@
 //! A scene for each kind of light.
 
 use kilauea_math::{DVec3, Vec3};
-use kilauea_scene::{Light, LightShape, Material, MeshChunk, Prototype, Scene, TextureSource};
+use kilauea_scene::{
+    Camera, Light, LightShape, Material, MeshChunk, Prototype, Scene, TextureSource,
+};
 use std::f32::consts::PI;
 
 use crate::light::Emitter;
 use crate::statistics::lights::{
     CYLINDER, DISK, RECT, SPHERE, light, scaled, shaping, shear, sunny, turned,
 };
-use crate::statistics::lit::{camera, glowing};
+use crate::statistics::lit::glowing;
 use crate::{PrepareOptions, PreparedScene};
 
 /// A scene of one light and, off it, a block that is lit.
@@ -65,7 +67,7 @@ pub(super) fn prepare(
         materials: vec![matte],
         textures,
         lights,
-        camera: camera(),
+        camera: Camera::default(),
     };
     PreparedScene::new(scene, &PrepareOptions::default()).expect("the scene is sound")
 }

@@ -1,0 +1,108 @@
+//! Whom to ask, and what becomes of several answers.
+
+use kilauea_accel::Ray;
+use serde::Deserialize;
+
+use super::Set;
+use crate::integrator::{Answer, Blame, Question};
+
+/// Who is asked what a ray meets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Broadcast {
+    /// Those members whose chunks' boxes the ray pierces.
+    #[default]
+    Culled,
+    /// All members: the rule of Kato & Saito 2002, section 3.
+    Full,
+}
+
+/// A set as it is asked.
+#[derive(Clone, Copy)]
+pub(crate) struct Asker<'a> {
+    pub(crate) set: &'a Set,
+    pub(crate) broadcast: Broadcast,
+}
+
+/// Members by their number, one bit each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Whom(pub(crate) u64);
+
+impl Whom {
+    /// The first `n` members.
+    pub(super) fn first(n: usize) -> Self {
+        Self(u64::MAX >> (64 - n))
+    }
+
+    /// Their numbers, in order.
+    pub(crate) fn numbers(self) -> impl Iterator<Item = usize> {
+        let mut rest = self.0;
+        std::iter::from_fn(move || {
+            let number = (rest != 0).then(|| rest.trailing_zeros() as usize)?;
+            rest &= rest - 1;
+            Some(number)
+        })
+    }
+}
+
+impl Question {
+    pub(super) fn ray(&self) -> &Ray {
+        match self {
+            Self::Closest { ray, .. } | Self::Occluded { ray, .. } => ray,
+        }
+    }
+
+    /// The answer of nobody.
+    pub(super) fn answer_of_nobody(&self) -> Answer {
+        match self {
+            Self::Closest { .. } => Answer::Closest(None),
+            Self::Occluded { .. } => Answer::Occluded(false),
+        }
+    }
+}
+
+impl Answer {
+    /// Whether it tells of something on the way of the ray.
+    pub(super) fn is_met(&self) -> bool {
+        matches!(
+            self,
+            Self::Met(_) | Self::Closest(Some(_)) | Self::Occluded(true)
+        )
+    }
+
+    /// What two members' answers to the same question amount to. In whichever order answers are
+    /// combined, the outcome is the same: no two hits are equal in distance, instance and primitive.
+    pub(super) fn or(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::Occluded(a), Self::Occluded(b)) => Self::Occluded(a || b),
+            (Self::Met(a), Self::Met(b)) if a.hit.wins_over(&b.hit) => Self::Met(a),
+            (answer, Self::Closest(None)) => answer,
+            (_, other) => other,
+        }
+    }
+}
+
+impl Asker<'_> {
+    /// Who is asked.
+    #[inline]
+    pub(super) fn whom(&self, question: &Question) -> Whom {
+        let all = Whom::first(self.set.members.len());
+        match self.broadcast {
+            Broadcast::Full => all,
+            Broadcast::Culled => self.set.boxes.pierced(question.ray()).unwrap_or(all),
+        }
+    }
+
+    /// Asks one member after the other.
+    pub(crate) fn answer<const CUTOUTS: bool>(&self, question: Question, blame: &Blame) -> Answer {
+        let mut answer = question.answer_of_nobody();
+        for number in self.whom(&question).numbers() {
+            let member = &self.set.members[number];
+            answer = answer.or(member.answer::<CUTOUTS>(question, blame));
+            if answer == Answer::Occluded(true) {
+                break;
+            }
+        }
+        answer
+    }
+}

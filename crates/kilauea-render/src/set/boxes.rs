@@ -1,0 +1,131 @@
+//! Where chunks are, for those who do not have them.
+
+use std::collections::BTreeMap;
+
+use kilauea_accel::{BoxTree, Ray};
+use kilauea_math::Bounds3;
+use kilauea_scene::{Scene, Visibility};
+
+use super::ask::Whom;
+use super::owners::SetPlan;
+use super::units::{chunk_bounds, units};
+use crate::geometry::{ChunkId, Geometry};
+
+/// The boxes of all placed chunks, with who holds what is inside.
+pub(super) struct ChunkBoxes {
+    tree: BoxTree,
+    entries: Vec<Entry>,
+    /// By unit: what is placed together, of any number of boxes.
+    unit_bytes: Vec<u64>,
+    n_members: usize,
+}
+
+/// Chunks of one placement, one member and one visibility.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Entry {
+    owner: u8,
+    met_by: Visibility,
+    unit: u32,
+}
+
+impl ChunkBoxes {
+    /// Boxes of a whole scene, placed as `geometry` has it.
+    ///
+    /// Prototypes that are placed once have a box for each chunk. The others have one for each
+    /// placement and member, so that there are no more boxes than placements of parts.
+    pub(super) fn new(scene: &Scene, geometry: &Geometry, plan: &SetPlan) -> Self {
+        let bounds: Vec<Vec<Bounds3>> = scene.prototypes.iter().map(chunk_bounds).collect();
+        let mut n_placed = vec![0_u32; scene.prototypes.len()];
+        let placements = 0..geometry.n_placements() as u32;
+        for placement in placements.clone() {
+            n_placed[geometry.prototype_of(placement) as usize] += 1;
+        }
+        let mut boxes = Vec::new();
+        let mut entries: Vec<Entry> = Vec::new();
+        let mut bytes: BTreeMap<ChunkId, u64> = units(scene)
+            .iter()
+            .map(|unit| (unit.id, unit.bytes))
+            .collect();
+        let mut unit_numbers = BTreeMap::new();
+        let mut unit_bytes = Vec::new();
+        for placement in placements {
+            let prototype = geometry.prototype_of(placement);
+            let begin = entries.len();
+            for (chunk, bounds) in (0..).zip(&bounds[prototype as usize]) {
+                let visibility = geometry.chunk_visibility(placement, chunk);
+                if bounds.is_empty() || visibility.is_none() {
+                    continue;
+                }
+                let id = ChunkId { prototype, chunk };
+                let owner = plan.owner(id);
+                let is_shared = n_placed[prototype as usize] > 1;
+                let of_unit = (prototype, if is_shared { Err(owner) } else { Ok(chunk) });
+                let unit = *unit_numbers.entry(of_unit).or_insert_with(|| {
+                    unit_bytes.push(0);
+                    unit_bytes.len() as u32 - 1
+                });
+                // A chunk counts once, however often it is placed.
+                unit_bytes[unit as usize] += bytes.remove(&id).unwrap_or(0);
+                let entry = Entry {
+                    owner: owner as u8,
+                    met_by: visibility,
+                    unit,
+                };
+                let placed = geometry.placed_bounds(placement, bounds);
+                let same = entries[begin..].iter().position(|other| *other == entry);
+                match same.filter(|_| is_shared) {
+                    Some(idx) => {
+                        let all: &mut Bounds3 = &mut boxes[begin + idx];
+                        *all = all.union(&placed);
+                    }
+                    None => {
+                        boxes.push(placed);
+                        entries.push(entry);
+                    }
+                }
+            }
+        }
+        Self {
+            tree: BoxTree::build(&boxes),
+            entries,
+            unit_bytes,
+            n_members: plan.n_members(),
+        }
+    }
+
+    /// Members whose chunks a ray may meet; none where that cannot be told.
+    #[inline]
+    pub(super) fn pierced(&self, ray: &Ray) -> Option<Whom> {
+        let all = Whom::first(self.n_members).0;
+        let mut whom = 0_u64;
+        let is_tested = self.tree.visit_pierced(ray, |idx| {
+            let entry = self.entries[idx as usize];
+            if entry.met_by.0 & ray.visibility.0 != 0 {
+                whom |= 1 << entry.owner;
+            }
+            whom == all
+        });
+        is_tested.then_some(Whom(whom))
+    }
+
+    /// What is placed together and may be met by a ray, by number: what matters to sets of other
+    /// sizes.
+    pub(super) fn pierced_units(&self, ray: &Ray) -> Vec<u32> {
+        let mut units = Vec::new();
+        let _ = self.tree.visit_pierced(ray, |idx| {
+            let entry = self.entries[idx as usize];
+            if entry.met_by.0 & ray.visibility.0 != 0 {
+                units.push(entry.unit);
+            }
+            false
+        });
+        units.sort_unstable();
+        units.dedup();
+        units
+    }
+
+    /// Bytes of each unit.
+    pub(super) fn unit_bytes(&self) -> &[u64] {
+        &self.unit_bytes
+    }
+}

@@ -1,0 +1,182 @@
+//! What a frame asked of the members of a set.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use kilauea_accel::Ray;
+use kilauea_math::hash::combine;
+use serde::{Deserialize, Serialize};
+
+use super::ask::Whom;
+use super::{MemberBytes, Set};
+
+/// What a ray is for. Rays of one kind travel together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RayKind {
+    Camera,
+    Indirect,
+    Shadow,
+}
+
+impl RayKind {
+    pub(crate) const ALL: [Self; 3] = [Self::Camera, Self::Indirect, Self::Shadow];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Camera => "camera",
+            Self::Indirect => "indirect",
+            Self::Shadow => "shadow",
+        }
+    }
+}
+
+/// Counters, by kind of ray and by member.
+pub(crate) struct Traffic {
+    kinds: [KindCounters; 3],
+    /// As many as members.
+    asked: Vec<AtomicU64>,
+    /// One ray in so many is sampled; none if zero.
+    sample_one_in: u32,
+    samples: Mutex<Vec<RaySample>>,
+}
+
+/// Most rays that are sampled.
+const MAX_SAMPLES: usize = 100_000;
+
+/// A ray, and what it may meet.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RaySample {
+    /// As in [`RayTraffic`].
+    pub kind: String,
+    /// Numbers of what is placed together and has boxes that the ray pierced.
+    pub boxes: Vec<u32>,
+}
+
+#[derive(Default)]
+struct KindCounters {
+    rays: AtomicU64,
+    asked: AtomicU64,
+    met: AtomicU64,
+    bytes_to_members: AtomicU64,
+    bytes_from_members: AtomicU64,
+}
+
+/// A frame over a set.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SetStats {
+    /// Rays asked in batches, by what they are for. None where threads ask one by one.
+    pub rays: Vec<RayTraffic>,
+    /// The members, in order.
+    pub members: Vec<MemberStats>,
+    /// Some of the rays, where they were asked for: what sets of other sizes would be asked.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub samples: Vec<RaySample>,
+    /// Bytes of what is placed together, where rays were sampled.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub box_bytes: Vec<u64>,
+}
+
+/// Rays of one kind.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RayTraffic {
+    /// `camera`, `indirect` or `shadow`.
+    pub kind: String,
+    /// Rays.
+    pub rays: u64,
+    /// Members asked, for all of them.
+    pub asked: u64,
+    /// Members who had met something, for all of them.
+    pub met: u64,
+    /// Sent to members; zero where no bytes are made, as in the next.
+    pub bytes_to_members: u64,
+    /// Received from members.
+    pub bytes_from_members: u64,
+}
+
+/// A member of a set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MemberStats {
+    /// What it holds.
+    pub bytes: MemberBytes,
+    /// Rays that it was asked, of those asked in batches.
+    pub asked: u64,
+}
+
+impl Traffic {
+    pub(crate) fn new(n_members: usize, sample_one_in: u32) -> Self {
+        Self {
+            sample_one_in,
+            samples: Mutex::default(),
+            kinds: Default::default(),
+            asked: (0..n_members).map(|_| AtomicU64::new(0)).collect(),
+        }
+    }
+
+    pub(super) fn count_asked(&self, kind: RayKind, whom: Whom) {
+        let counters = &self.kinds[kind as usize];
+        add(&counters.rays, 1);
+        add(&counters.asked, whom.0.count_ones().into());
+        for number in whom.numbers() {
+            add(&self.asked[number], 1);
+        }
+    }
+
+    /// Whether a ray is one of the sample: decided by its direction, as rays come in any order.
+    pub(super) fn wants_sample(&self, ray: &Ray) -> bool {
+        let key = || combine(ray.dir.x.to_bits(), ray.dir.z.to_bits());
+        self.sample_one_in > 0 && key().is_multiple_of(self.sample_one_in)
+    }
+
+    pub(super) fn add_sample(&self, kind: RayKind, boxes: Vec<u32>) {
+        let mut samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
+        if samples.len() < MAX_SAMPLES {
+            let kind = kind.name().to_owned();
+            samples.push(RaySample { kind, boxes });
+        }
+    }
+
+    pub(super) fn count_met(&self, kind: RayKind, n: usize) {
+        add(&self.kinds[kind as usize].met, n as u64);
+    }
+
+    pub(super) fn count_bytes(&self, kind: RayKind, to_member: usize, from_member: usize) {
+        let counters = &self.kinds[kind as usize];
+        add(&counters.bytes_to_members, to_member as u64);
+        add(&counters.bytes_from_members, from_member as u64);
+    }
+
+    /// All counts, with what the members hold.
+    pub(crate) fn stats(&self, set: &Set) -> SetStats {
+        let samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
+        let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        let kinds = RayKind::ALL.into_iter().zip(&self.kinds);
+        SetStats {
+            rays: kinds
+                .map(|(kind, counters)| RayTraffic {
+                    kind: kind.name().to_owned(),
+                    rays: get(&counters.rays),
+                    asked: get(&counters.asked),
+                    met: get(&counters.met),
+                    bytes_to_members: get(&counters.bytes_to_members),
+                    bytes_from_members: get(&counters.bytes_from_members),
+                })
+                .collect(),
+            members: (set.bytes().into_iter())
+                .zip(&self.asked)
+                .map(|(bytes, asked)| MemberStats {
+                    bytes,
+                    asked: get(asked),
+                })
+                .collect(),
+            box_bytes: match samples.is_empty() {
+                true => Vec::new(),
+                false => set.boxes.unit_bytes().to_vec(),
+            },
+            samples: samples.clone(),
+        }
+    }
+}
+
+fn add(counter: &AtomicU64, n: u64) {
+    counter.fetch_add(n, Ordering::Relaxed);
+}

@@ -1,0 +1,103 @@
+//! A batch of questions.
+//!
+//! Count (2 bytes), then columns: kind and visibility (a byte each), origin, direction, range, time
+//! and key (a word each), and the least priority (a byte) where there are shadow rays. A ray so
+//! takes 24 bytes, and 4 more for each of range, time and key that it does not share with all.
+
+use kilauea_accel::{Ray, Visibility};
+use kilauea_math::Vec3;
+use kilauea_spot::{Wire, WireError};
+
+use super::MAX_BATCH;
+use super::columns::Columns;
+use crate::integrator::Question;
+
+const CLOSEST: u8 = 0;
+const OCCLUDED: u8 = 1;
+
+/// Writes a batch, of at most [`MAX_BATCH`] questions.
+pub(crate) fn encode_questions(questions: &[Question]) -> Vec<u8> {
+    debug_assert!(questions.len() <= MAX_BATCH);
+    let mut bytes = Vec::with_capacity(32 * questions.len() + 64);
+    (questions.len() as u16).encode(&mut bytes);
+    let columns = Columns::of(questions.len());
+    let is_occluded = |q: &Question| matches!(q, Question::Occluded { .. });
+    let kinds: Vec<u8> = questions.iter().map(|q| u8::from(is_occluded(q))).collect();
+    columns.put_bytes(&kinds, &mut bytes);
+    let visibility: Vec<u8> = questions.iter().map(|q| q.ray().visibility.0).collect();
+    columns.put_bytes(&visibility, &mut bytes);
+    let words: [fn(&Question) -> u32; 10] = [
+        |q| q.ray().origin.x.to_bits(),
+        |q| q.ray().origin.y.to_bits(),
+        |q| q.ray().origin.z.to_bits(),
+        |q| q.ray().dir.x.to_bits(),
+        |q| q.ray().dir.y.to_bits(),
+        |q| q.ray().dir.z.to_bits(),
+        |q| q.ray().t_min.to_bits(),
+        |q| q.ray().t_max.to_bits(),
+        |q| q.ray().time.to_bits(),
+        |q| match q {
+            Question::Closest { key, .. } | Question::Occluded { key, .. } => *key,
+        },
+    ];
+    for word in words {
+        let column: Vec<u32> = questions.iter().map(word).collect();
+        columns.put_words(&column, &mut bytes);
+    }
+    let priorities = questions.iter().filter_map(|q| match q {
+        Question::Closest { .. } => None,
+        Question::Occluded { least_priority, .. } => Some(least_priority.cast_unsigned()),
+    });
+    let priorities: Vec<u8> = priorities.collect();
+    Columns::of(priorities.len()).put_bytes(&priorities, &mut bytes);
+    bytes
+}
+
+/// Reads what [`encode_questions`] wrote. Never panics, and takes no more memory than a batch of the
+/// largest size.
+pub(crate) fn decode_questions(mut bytes: &[u8]) -> Result<Vec<Question>, WireError> {
+    let bytes = &mut bytes;
+    let n = usize::from(u16::decode(bytes)?);
+    if n > MAX_BATCH {
+        return Err(WireError::Long(n - MAX_BATCH));
+    }
+    let columns = Columns::of(n);
+    let kinds = columns.take_bytes(bytes)?;
+    if let Some(&unknown) = kinds.iter().find(|&&kind| kind > OCCLUDED) {
+        return Err(WireError::Variant(unknown));
+    }
+    let visibility = columns.take_bytes(bytes)?;
+    let mut words: [Vec<u32>; 10] = Default::default();
+    for column in &mut words {
+        *column = columns.take_words(bytes)?;
+    }
+    let n_occluded = kinds.iter().filter(|&&kind| kind == OCCLUDED).count();
+    let mut priorities = Columns::of(n_occluded).take_bytes(bytes)?.into_iter();
+    if !bytes.is_empty() {
+        return Err(WireError::Long(bytes.len()));
+    }
+    let question = |i: usize| {
+        let float = |column: usize| f32::from_bits(words[column][i]);
+        let ray = Ray {
+            origin: Vec3::new(float(0), float(1), float(2)),
+            dir: Vec3::new(float(3), float(4), float(5)),
+            t_min: float(6),
+            t_max: float(7),
+            time: float(8),
+            visibility: Visibility(visibility[i]),
+        };
+        let key = words[9][i];
+        if kinds[i] == CLOSEST {
+            return Some(Question::Closest { ray, key });
+        }
+        Some(Question::Occluded {
+            ray,
+            key,
+            least_priority: priorities.next()?.cast_signed(),
+        })
+    };
+    (0..n)
+        .map(question)
+        .collect::<Option<_>>()
+        .ok_or(WireError::Short)
+}

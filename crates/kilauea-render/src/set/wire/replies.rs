@@ -1,0 +1,90 @@
+//! A member's answers to a batch of questions.
+//!
+//! A bit for each question: whether anything was met. Of what was met, columns of distance,
+//! parameters, primitive and placement (a word each), then the primitives one after the other. Of
+//! what was not there is nothing more, nor of what is occluded.
+
+use kilauea_accel::Hit;
+use kilauea_spot::{Wire, WireError};
+
+use super::columns::Columns;
+use crate::geometry::Carried;
+use crate::integrator::{Answer, Met, Question};
+
+/// Writes the answers to a batch.
+pub(crate) fn encode_answers(answers: &[Answer]) -> Vec<u8> {
+    let met: Vec<&Met> = answers
+        .iter()
+        .filter_map(|answer| match answer {
+            Answer::Met(met) => Some(&**met),
+            Answer::Closest(_) | Answer::Occluded(_) => None,
+        })
+        .collect();
+    let mut bytes = Vec::with_capacity(answers.len().div_ceil(8) + 64 * met.len());
+    let is_met = answers.iter().map(|answer| match answer {
+        Answer::Met(_) => true,
+        Answer::Occluded(is_occluded) => *is_occluded,
+        Answer::Closest(_) => false,
+    });
+    Columns::of(answers.len()).put_bits(is_met, &mut bytes);
+    let columns = Columns::of(met.len());
+    let words: [fn(&Hit) -> u32; 5] = [
+        |hit| hit.t.to_bits(),
+        |hit| hit.u.to_bits(),
+        |hit| hit.v.to_bits(),
+        |hit| hit.primitive,
+        |hit| hit.instance,
+    ];
+    for word in words {
+        let column: Vec<u32> = met.iter().map(|met| word(&met.hit)).collect();
+        columns.put_words(&column, &mut bytes);
+    }
+    met.iter().for_each(|met| met.carried.encode(&mut bytes));
+    bytes
+}
+
+/// Reads the answers to `questions`. Never panics, and takes no more memory than there are questions
+/// and bytes for.
+pub(crate) fn decode_answers(
+    questions: &[Question],
+    mut bytes: &[u8],
+) -> Result<Vec<Answer>, WireError> {
+    let bytes = &mut bytes;
+    let is_met = Columns::of(questions.len()).take_bits(bytes)?;
+    let is_closest = |q: &Question| matches!(q, Question::Closest { .. });
+    let asked = questions.iter().zip(&is_met);
+    let n_met = asked
+        .filter(|(q, is_met)| **is_met && is_closest(q))
+        .count();
+    let columns = Columns::of(n_met);
+    let mut words: [Vec<u32>; 5] = Default::default();
+    for column in &mut words {
+        *column = columns.take_words(bytes)?;
+    }
+    let mut next = 0;
+    let answers = questions.iter().zip(is_met).map(|(question, is_met)| {
+        if !is_closest(question) {
+            return Ok(Answer::Occluded(is_met));
+        }
+        if !is_met {
+            return Ok(Answer::Closest(None));
+        }
+        let [t, u, v, primitive, instance] = [0, 1, 2, 3, 4].map(|column| words[column][next]);
+        next += 1;
+        let hit = Hit {
+            t: f32::from_bits(t),
+            u: f32::from_bits(u),
+            v: f32::from_bits(v),
+            primitive,
+            instance,
+        };
+        let carried = Carried::decode(bytes)?;
+        Ok(Answer::Met(Box::new(Met { hit, carried })))
+    });
+    let answers = answers.collect::<Result<_, WireError>>()?;
+    if bytes.is_empty() {
+        Ok(answers)
+    } else {
+        Err(WireError::Long(bytes.len()))
+    }
+}

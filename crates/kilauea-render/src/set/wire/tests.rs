@@ -1,0 +1,222 @@
+use kilauea_accel::{Hit, Ray, Visibility};
+use kilauea_math::Vec3;
+use kilauea_math::hash::combine;
+use kilauea_scene::{Attribute, Interpolation};
+use kilauea_spot::WireError;
+
+use super::*;
+use crate::geometry::{Ball, Carried, Shape, Triangle};
+use crate::integrator::{Answer, Met, Question};
+
+/// Number `i` of a batch of shadow rays from one point, or of closest hits from different ones.
+fn question(i: u32, is_shadow: bool) -> Question {
+    let x = i as f32;
+    let ray = Ray::new(Vec3::new(0.5, -2.0, 1e-3), Vec3::new(x, 1.0 - x, 0.25));
+    if is_shadow {
+        Question::Occluded {
+            ray: Ray {
+                t_max: 0.9999,
+                visibility: Visibility::SHADOW,
+                ..ray
+            },
+            key: 0,
+            least_priority: i8::MIN,
+        }
+    } else {
+        Question::Closest {
+            ray: Ray {
+                origin: Vec3::new(x, 2.0 * x, -x),
+                time: 0.125 * x,
+                visibility: Visibility::INDIRECT,
+                ..ray
+            },
+            key: combine(i, 5),
+        }
+    }
+}
+
+fn batch(n: u32, is_shadow: impl Fn(u32) -> bool) -> Vec<Question> {
+    (0..n).map(|i| question(i, is_shadow(i))).collect()
+}
+
+fn met(i: u32) -> Answer {
+    let corners = [Vec3::splat(i as f32), Vec3::X, Vec3::Y];
+    let shape = if i % 5 == 4 {
+        Shape::Ball(Ball {
+            center: Vec3::Z,
+            radius: 0.5,
+        })
+    } else {
+        Shape::Triangle(Triangle {
+            corners,
+            normals: i.is_multiple_of(2).then_some(corners),
+        })
+    };
+    let st = Attribute {
+        name: String::new(),
+        width: 2,
+        interpolation: Interpolation::Vertex,
+        data: vec![0.25; 6],
+    };
+    Answer::Met(Box::new(Met {
+        hit: Hit {
+            t: 1.5 + i as f32,
+            u: 0.25,
+            v: 0.5,
+            primitive: i,
+            instance: 7,
+        },
+        carried: Carried {
+            shape,
+            attributes: vec![st; (i % 3) as usize],
+        },
+    }))
+}
+
+/// Answers of all kinds to a batch.
+fn answers(questions: &[Question]) -> Vec<Answer> {
+    let numbered = (0..).zip(questions);
+    numbered
+        .map(|(i, question): (u32, _)| match question {
+            Question::Occluded { .. } => Answer::Occluded(i.is_multiple_of(3)),
+            Question::Closest { .. } if i.is_multiple_of(4) => Answer::Closest(None),
+            Question::Closest { .. } => met(i),
+        })
+        .collect()
+}
+
+#[test]
+fn batches_survive() {
+    for n in [0, 1, 9, 1024] {
+        let kinds: [fn(u32) -> bool; 3] = [|_| false, |_| true, |i| i.is_multiple_of(2)];
+        for is_shadow in kinds {
+            let questions = batch(n, is_shadow);
+            let bytes = encode_questions(&questions);
+            assert_eq!(decode_questions(&bytes).as_ref(), Ok(&questions));
+            let answers = answers(&questions);
+            let reply = encode_answers(&answers);
+            assert_eq!(decode_answers(&questions, &reply).as_ref(), Ok(&answers));
+            for packing in [Packing::Plain, Packing::Lz4] {
+                assert_eq!(unpack(&pack(&reply, packing)).as_ref(), Ok(&reply));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ray_takes_no_more_than_what_is_its_own() {
+    let size = |questions: &[Question]| {
+        let more = encode_questions(&batch(2, |_| true)).len();
+        (encode_questions(questions).len() - more) as f64 / (questions.len() - 2) as f64
+    };
+    // From one point at one time: two components of a direction that differ.
+    let shadow = batch(1002, |_| true);
+    assert!((size(&shadow) - 8.0).abs() < 0.01, "{}", size(&shadow));
+    // Origin, two components of a direction, time and key.
+    let scattered = batch(1002, |_| false);
+    let bytes = size(&scattered);
+    assert!((bytes - 28.0).abs() < 0.1, "{bytes}");
+    // An answer to a shadow ray is a bit.
+    assert_eq!(
+        encode_answers(&answers(&shadow)).len(),
+        1002_usize.div_ceil(8)
+    );
+}
+
+/// The bytes of a small batch and of the answers to it, as `docs/rays-on-the-wire.md` has them.
+#[test]
+fn golden_bytes() {
+    let questions = batch(2, |_| true);
+    let expected: &[u8] = &[
+        2, 0, // questions
+        0, 1, // kind: all are shadow rays
+        0, 2, // visibility
+        0, 0, 0, 0, 0x3f, // origin: all from 0.5,
+        0, 0, 0, 0, 0xc0, // -2,
+        0, 0x6f, 0x12, 0x83, 0x3a, // 0.001
+        1, 0, 0, 0, 0, 0, 0x80, 0, 0x3f, // direction: 0 and 1,
+        1, 0, 0, 0, 0, 0x80, 0, 0x3f, 0, // 1 and 0,
+        0, 0, 0, 0x80, 0x3e, // 0.25
+        0, 0, 0, 0, 0, // range: from 0
+        0, 0x72, 0xf9, 0x7f, 0x3f, // to 0.9999
+        0, 0, 0, 0, 0, // time
+        0, 0, 0, 0, 0, // key
+        0, 0x80, // least priority
+    ];
+    assert_eq!(encode_questions(&questions), expected);
+    assert_eq!(encode_answers(&answers(&questions)), [1]);
+
+    let questions = batch(2, |_| false);
+    let expected: &[u8] = &[
+        2, // the second has met something
+        0, 0, 0, 0x20, 0x40, // distance 2.5
+        0, 0, 0, 0x80, 0x3e, // parameters 0.25
+        0, 0, 0, 0, 0x3f, // and 0.5
+        0, 1, 0, 0, 0, // primitive
+        0, 7, 0, 0, 0, // placement
+        0, // a faceted triangle: its corners
+        0, 0, 0x80, 0x3f, 0, 0, 0x80, 0x3f, 0, 0, 0x80, 0x3f, // (1, 1, 1)
+        0, 0, 0x80, 0x3f, 0, 0, 0, 0, 0, 0, 0, 0, // (1, 0, 0)
+        0, 0, 0, 0, 0, 0, 0x80, 0x3f, 0, 0, 0, 0, // (0, 1, 0)
+        1, 0,    // primvars
+        0x39, // three values of two floats, one for each vertex
+        0, 0, 0x80, 0x3e, 0, 0, 0x80, 0x3e, 0, 0, 0x80, 0x3e, 0, 0, 0x80, 0x3e, 0, 0, 0x80, 0x3e,
+        0, 0, 0x80, 0x3e,
+    ];
+    assert_eq!(encode_answers(&answers(&questions)), expected);
+}
+
+#[test]
+fn too_many_questions_are_refused() {
+    let n = MAX_BATCH as u16 + 1;
+    let bytes = n.to_le_bytes();
+    assert_eq!(decode_questions(&bytes), Err(WireError::Long(1)));
+    let mut long = encode_questions(&batch(3, |_| true));
+    long.push(0);
+    assert_eq!(decode_questions(&long), Err(WireError::Long(1)));
+}
+
+#[test]
+fn packed_bytes_promise_no_more_than_they_hold() {
+    let promise = |n: u32| [&[1][..], &n.to_le_bytes(), &[0x10, 7]].concat();
+    assert!(matches!(
+        unpack(&promise(u32::MAX)),
+        Err(WireError::Long(_))
+    ));
+    assert_eq!(unpack(&promise(1000)), Err(WireError::Packed));
+    assert_eq!(unpack(&[2, 0, 0]), Err(WireError::Variant(2)));
+    assert_eq!(unpack(&[]), Err(WireError::Short));
+}
+
+/// Bytes that are cut, flipped or made up are refused or read as something; nothing panics.
+#[test]
+fn bad_bytes_do_no_harm() {
+    let questions = batch(40, |i| i.is_multiple_of(3));
+    let request = encode_questions(&questions);
+    let reply = encode_answers(&answers(&questions));
+    let packed = pack(&reply, Packing::Lz4);
+    for end in 0..request.len() {
+        assert!(decode_questions(&request[..end]).is_err(), "{end}");
+    }
+    for end in 0..reply.len() {
+        assert!(decode_answers(&questions, &reply[..end]).is_err(), "{end}");
+    }
+    let mut n_refused = 0;
+    for seed in 0..20_000 {
+        let random = |i: u32, n: usize| combine(seed, i) as usize % n;
+        let damage = |bytes: &[u8]| {
+            let mut bytes = bytes.to_vec();
+            for i in 0..=random(0, 4) as u32 {
+                let at = random(2 * i + 1, bytes.len());
+                bytes[at] = combine(seed, 2 * i + 2) as u8;
+            }
+            bytes
+        };
+        n_refused += usize::from(decode_questions(&damage(&request)).is_err());
+        n_refused += usize::from(decode_answers(&questions, &damage(&reply)).is_err());
+        if let Ok(body) = unpack(&damage(&packed)) {
+            n_refused += usize::from(decode_answers(&questions, &body).is_err());
+        }
+    }
+    assert!(n_refused > 1000, "{n_refused}");
+}

@@ -1,0 +1,148 @@
+//! Data in parts: what several holders answer together is what one who has all answers.
+
+mod support;
+
+use kilauea_spot::{Answerer, Engine, Parts, RunError, Split, WireError};
+use support::hall::{Answer, Geometry, Hall, Node, Question, mix};
+use support::outputs::Outputs;
+
+const HALL: Hall = Hall {
+    depth: 10,
+    fan_out: 2,
+    n_terms: 0,
+};
+const N_ROOTS: usize = 200;
+
+/// Each answer is known to one holder; the others have nothing.
+struct Holders {
+    n: usize,
+    /// Whether all are asked, or who knows and one more.
+    asks_all: bool,
+    /// Who does what instead of answering.
+    fault: Option<(usize, Fault)>,
+}
+
+#[derive(Clone, Copy)]
+enum Fault {
+    Panics,
+    Fails,
+}
+
+const NOTHING: Answer = Answer {
+    t: f32::INFINITY,
+    weights: [0.0; 2],
+    id: 0,
+};
+
+impl Holders {
+    fn who_knows(&self, question: &Question) -> usize {
+        (mix(question.key ^ 77) % self.n as u64) as usize
+    }
+
+    /// Questions whose answer everyone has.
+    fn is_known_to_all(question: &Question) -> bool {
+        mix(question.key ^ 99).is_multiple_of(16)
+    }
+}
+
+impl Parts<Hall> for Holders {
+    fn n_parts(&self) -> usize {
+        self.n
+    }
+
+    fn whom(&self, question: &Question) -> u64 {
+        if Self::is_known_to_all(question) {
+            return 0;
+        }
+        let all = (1 << self.n) - 1;
+        let other = mix(question.key ^ 55) % self.n as u64;
+        if self.asks_all {
+            all
+        } else {
+            1 << self.who_knows(question) | 1 << other
+        }
+    }
+
+    fn n_kinds(&self) -> usize {
+        2
+    }
+
+    fn kind(&self, question: &Question) -> usize {
+        (question.key % 2) as usize
+    }
+
+    fn of_nobody(&self, question: &Question) -> Answer {
+        Answerer::<Hall>::answer(&Geometry, *question)
+    }
+
+    fn combine(&self, one: Answer, other: Answer) -> Answer {
+        if one.t < other.t { one } else { other }
+    }
+
+    fn answer(&self, part: usize, questions: Vec<Question>) -> Result<Vec<Answer>, RunError> {
+        match self.fault {
+            Some((faulty, Fault::Panics)) if faulty == part => panic!("holder {part} is ill"),
+            Some((faulty, Fault::Fails)) if faulty == part => {
+                return Err(RunError::Malformed {
+                    n_bytes: 3,
+                    source: WireError::Short,
+                });
+            }
+            _ => {}
+        }
+        let kinds = questions.iter().map(|q| q.key % 2);
+        assert!(kinds.clone().all(|kind| Some(kind) == kinds.clone().next()));
+        let answers = questions.into_iter().map(|question| {
+            if self.who_knows(&question) == part {
+                Answerer::<Hall>::answer(&Geometry, question)
+            } else {
+                NOTHING
+            }
+        });
+        Ok(answers.collect())
+    }
+}
+
+#[test]
+fn several_holders_answer_as_one_does() {
+    let job = Outputs::new(N_ROOTS, Node::Entrance);
+    let whole = Engine::new(1).run_inline(&HALL, &Geometry, &job);
+    whole.expect("nothing fails");
+    let expected = job.into_vec();
+    for n in [1, 2, 5] {
+        for (asks_all, n_threads) in [(true, 1), (false, 3)] {
+            let holders = Holders {
+                n,
+                asks_all,
+                fault: None,
+            };
+            // Few questions at once, or many.
+            for engine in [
+                Engine::new(n_threads),
+                Engine::new(n_threads).questions_out(7),
+            ] {
+                let job = Outputs::new(N_ROOTS, Node::Entrance);
+                let result = engine.run_queued(&HALL, &Split::new(&holders), 1, &job);
+                result.expect("nothing fails");
+                assert_eq!(job.into_vec(), expected, "{n} holders");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_holder_that_cannot_answer_ends_the_run() {
+    let run = |fault| {
+        let holders = Holders {
+            n: 3,
+            asks_all: true,
+            fault: Some((1, fault)),
+        };
+        let job = Outputs::new(N_ROOTS, Node::Entrance);
+        Engine::new(2).run_queued(&HALL, &Split::new(&holders), 1, &job)
+    };
+    let error = run(Fault::Panics).unwrap_err().to_string();
+    assert!(error.contains("holder 1 is ill"), "{error}");
+    let failed = run(Fault::Fails).unwrap_err();
+    assert!(matches!(failed, RunError::Malformed { n_bytes: 3, .. }));
+}
