@@ -55,6 +55,12 @@ macro_rules! shaders {
                 &self.inputs.primvars
             }
 
+            /// The textures that it looks up.
+            #[inline]
+            pub fn lookups(&self) -> &kilauea_shading::Lookups {
+                &self.inputs.lookups
+            }
+
             /// Authored inputs that the shader does not have.
             #[inline]
             pub fn ignored_inputs(&self) -> &[String] {

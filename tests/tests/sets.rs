@@ -1,16 +1,17 @@
 //! A scene spread over a set renders as one that is whole: the same bits in every layer.
 
 use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
-use kilauea_mesh::CurveType;
+use kilauea_mesh::{CurveType, PrimvarInterpolation};
 use kilauea_render::{
     Broadcast, Conditions, PlacementError, PrepareOptions, PreparedScene, SetPlan,
 };
 use kilauea_scene::{
-    FilterKind, GlobalIllumination, Integrator, Light, LightShape, RenderSettings, Scene, Shading,
+    Channel, FilterKind, GlobalIllumination, Input, Integrator, Light, LightShape, Node,
+    RenderSettings, Scene, Shading, Wrap,
 };
 use kilauea_tests::{
-    Curves, Mesh, Picture, Placements, Points, Stage, black_emitter, glass, light, matte, preview,
-    rect_light, with_opacity,
+    Curves, Mesh, MeshPrimvar, Picture, Placements, Points, Stage, TileFile, black_emitter, glass,
+    light, matte, matte_from_primvar, preview, rect_light, with_opacity,
 };
 use std::sync::Arc;
 
@@ -155,6 +156,70 @@ fn a_box_of_meshes() {
 #[test]
 fn instances_that_move() {
     check("instances", &instanced(), &settings());
+}
+
+/// Cubes whose color and presence are those of a picture, one of them an instance with a color of its
+/// own.
+fn textured(picture: &TileFile) -> Stage {
+    let mut stage = in_a_box();
+    stage.textures.push(picture.source());
+    let mut material = with_opacity(preview(&[("diffuseColor", &[1.0; 3])]), 1.0);
+    let st = material.nodes.len() as u32;
+    material.nodes.push(Node::Primvar {
+        name: "st".into(),
+        fallback: [0.0; 4],
+    });
+    material.nodes.push(Node::UvTexture {
+        texture: 0,
+        st,
+        wrap_s: Wrap::Repeat,
+        wrap_t: Wrap::Repeat,
+        scale: [1.0; 4],
+        bias: [0.0; 4],
+        fallback: [0.0; 4],
+    });
+    for (name, channel) in [("diffuseColor", Channel::Rgb), ("opacity", Channel::R)] {
+        let node = st + 1;
+        material.inputs.insert(name.into(), Input { node, channel });
+    }
+    let first = stage.materials.len() as u32;
+    stage.materials.push(material);
+    stage.materials.push(matte_from_primvar("tint"));
+    let st = MeshPrimvar {
+        name: "st".into(),
+        interpolation: PrimvarInterpolation::FaceVarying,
+        values: [0.0, 0.0, 0.0, 1.5, 0.0, 0.0, 1.5, 1.5, 0.0, 0.0, 1.5, 0.0].repeat(6),
+    };
+    for x in [-0.8, 0.8] {
+        let place = DAffine3::from_translation(DVec3::new(x, 0.35, 0.8));
+        let place = place * DAffine3::from_scale(DVec3::splat(0.3));
+        let mut cube = Mesh::cube().placed(place).with_material(first);
+        cube.primvars.push(st.clone());
+        stage.meshes.push(cube);
+    }
+    stage.prototypes.push("/Tinted".into());
+    let tinted = Mesh::cube().in_prototype(1).with_material(first + 1);
+    let small = DAffine3::from_scale(DVec3::splat(0.12));
+    stage.meshes.push(tinted.placed(small));
+    let places = [[0.0, 0.15, 1.1], [0.3, 1.1, 0.2]].map(DVec3::from_array);
+    stage.instances.push(Placements {
+        parent: 0,
+        prototype: 1,
+        parent_from_prototype: places.map(DAffine3::from_translation).to_vec(),
+        primvar: Some(("tint".into(), vec![0.9, 0.1, 0.1, 0.1, 0.1, 0.9])),
+        later: Vec::new(),
+    });
+    stage
+}
+
+#[test]
+fn pictures_and_primvars() {
+    let checker = |x, y| {
+        let is_there = (x / 8 + y / 8) % 2 == 0;
+        [if is_there { 0.9 } else { 0.2 }, 0.5, x as f32 / 64.0]
+    };
+    let picture = TileFile::new([64, 64], checker);
+    check("textured", &textured(&picture), &settings());
 }
 
 #[test]

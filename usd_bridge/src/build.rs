@@ -1,4 +1,4 @@
-use kilauea_mesh::{AssembleOptions, assemble};
+use kilauea_mesh::{AssembleOptions, Payloads, assemble};
 use kilauea_render::{PrepareOptions, PreparedScene};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
@@ -6,6 +6,7 @@ use serde::Deserialize;
 use std::sync::Arc;
 use std::time::Instant;
 
+use crate::assembled::AssembledScene;
 use crate::error::scene_error;
 use crate::frame::Frame;
 use crate::scene::Scene;
@@ -42,15 +43,7 @@ pub(crate) fn build_scene(py: Python<'_>, frame: Frame<'_>, options_json: &str) 
     let options: BuildOptions = serde_json::from_str(options_json).map_err(scene_error)?;
     let payloads = frame.payloads()?;
     py.detach(|| {
-        let start = Instant::now();
-        let assemble_options = AssembleOptions {
-            max_chunk_triangles: options.max_chunk_triangles,
-            resolution: options.resolution,
-            max_subdivision_level: options.max_subdivision_level,
-            ..AssembleOptions::default()
-        };
-        let assembled = assemble(payloads, &assemble_options).map_err(scene_error)?;
-        let assemble_secs = start.elapsed().as_secs_f64();
+        let assembled = options.assemble(payloads)?;
         let prepare_options = PrepareOptions {
             texture_memory_bytes: options.texture_memory_bytes,
             specialize_rays: options.specialize_rays,
@@ -60,7 +53,38 @@ pub(crate) fn build_scene(py: Python<'_>, frame: Frame<'_>, options_json: &str) 
         Ok(Scene {
             prepared: Arc::new(prepared),
             warnings: assembled.warnings,
-            assemble_secs,
+            assemble_secs: assembled.assemble_secs,
         })
     })
+}
+
+/// Assemble a scene for workers, which build what it takes to trace it; takes what `build_scene` does.
+#[pyfunction]
+pub(crate) fn assemble_scene(
+    py: Python<'_>,
+    frame: Frame<'_>,
+    options_json: &str,
+) -> PyResult<AssembledScene> {
+    let options: BuildOptions = serde_json::from_str(options_json).map_err(scene_error)?;
+    let payloads = frame.payloads()?;
+    py.detach(|| options.assemble(payloads))
+}
+
+impl BuildOptions {
+    fn assemble(&self, payloads: Payloads<'_>) -> PyResult<AssembledScene> {
+        let start = Instant::now();
+        let assemble_options = AssembleOptions {
+            max_chunk_triangles: self.max_chunk_triangles,
+            resolution: self.resolution,
+            max_subdivision_level: self.max_subdivision_level,
+            ..AssembleOptions::default()
+        };
+        let assembled = assemble(payloads, &assemble_options).map_err(scene_error)?;
+        Ok(AssembledScene {
+            scene: assembled.scene,
+            warnings: assembled.warnings,
+            assemble_secs: start.elapsed().as_secs_f64(),
+            specialize_rays: self.specialize_rays,
+        })
+    }
 }

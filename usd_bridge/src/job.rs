@@ -1,11 +1,13 @@
-use kilauea_film::{ImageMetadata, Packing, write_exr, write_png};
-use kilauea_render::{Conditions, PreparedScene, RenderStats};
-use kilauea_scene::RenderSettings;
+use kilauea_cluster::{ClusterJob, Journal, NetworkStats, WorkerStats};
+use kilauea_film::{Film, ImageMetadata, Packing, write_exr, write_png};
+use kilauea_math::DVec3;
+use kilauea_render::{RenderResult, RenderStats};
+use kilauea_scene::{Camera, RenderSettings, Scene};
 use pyo3::prelude::*;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime};
 
 use crate::error::render_error;
@@ -13,11 +15,96 @@ use crate::error::render_error;
 /// A frame being rendered.
 #[pyclass(frozen, module = "kilauea._native")]
 pub(crate) struct RenderJob {
-    job: Mutex<Option<kilauea_render::RenderJob>>,
-    prepared: Arc<PreparedScene>,
+    job: Mutex<Option<AnyJob>>,
+    origin_world: DVec3,
+    camera: Camera,
     metadata: Metadata,
     pixel_aspect_ratio: f32,
     packing: Packing,
+}
+
+/// By whom it is rendered.
+pub(crate) enum AnyJob {
+    /// By threads of this process.
+    Threads(kilauea_render::RenderJob),
+    /// By other processes.
+    Workers(ClusterJob),
+}
+
+/// What is left of a job.
+struct Finished {
+    film: Film,
+    statistics: Statistics,
+    /// What nobody needs once the image is written.
+    journal: Option<Journal>,
+}
+
+/// Statistics as they are written.
+#[derive(Serialize)]
+struct Statistics {
+    #[serde(flatten)]
+    stats: RenderStats,
+    #[serde(flatten)]
+    cluster: Option<ClusterStatistics>,
+}
+
+/// What there is where other processes render.
+#[derive(Serialize)]
+struct ClusterStatistics {
+    workers: Vec<WorkerStats>,
+    network: NetworkStats,
+}
+
+impl AnyJob {
+    fn wait(&self, timeout: Duration) -> bool {
+        match self {
+            Self::Threads(job) => job.wait(timeout),
+            Self::Workers(job) => job.wait(timeout),
+        }
+    }
+
+    fn progress(&self) -> (f64, Option<f64>) {
+        match self {
+            Self::Threads(job) => job.progress(),
+            Self::Workers(job) => job.progress(),
+        }
+    }
+
+    fn cancel(&self) {
+        match self {
+            Self::Threads(job) => job.cancel(),
+            Self::Workers(job) => job.cancel(),
+        }
+    }
+
+    fn finish(self) -> PyResult<Finished> {
+        match self {
+            Self::Threads(job) => {
+                let RenderResult { film, stats } = job.finish().map_err(render_error)?;
+                Ok(Finished {
+                    film,
+                    statistics: Statistics {
+                        stats,
+                        cluster: None,
+                    },
+                    journal: None,
+                })
+            }
+            Self::Workers(job) => {
+                let result = job.finish().map_err(render_error)?;
+                let RenderResult { film, stats } = result.frame;
+                let cluster = Some(ClusterStatistics {
+                    workers: result.workers,
+                    network: result.network,
+                });
+                Ok(Finished {
+                    film,
+                    statistics: Statistics { stats, cluster },
+                    journal: result.journal,
+                })
+            }
+        }
+    }
 }
 
 /// What the caller knows about the frame.
@@ -33,32 +120,29 @@ struct Metadata {
 }
 
 impl RenderJob {
-    pub(crate) fn start(
-        prepared: Arc<PreparedScene>,
-        settings: RenderSettings,
-        conditions: Conditions,
+    /// A job that was started.
+    pub(crate) fn new(
+        job: AnyJob,
+        scene: &Scene,
+        settings: &RenderSettings,
         metadata_json: &str,
     ) -> PyResult<Self> {
-        let metadata = serde_json::from_str(metadata_json).map_err(render_error)?;
-        let pixel_aspect_ratio = settings.pixel_aspect_ratio;
         // Under a time limit the file must be written in time as well.
         let packing = match settings.time_limit_secs {
             Some(_) => Packing::Fast,
             None => Packing::Small,
         };
-        let job =
-            kilauea_render::RenderJob::start_under(conditions, Arc::clone(&prepared), settings)
-                .map_err(render_error)?;
         Ok(Self {
             job: Mutex::new(Some(job)),
-            prepared,
-            metadata,
-            pixel_aspect_ratio,
+            origin_world: scene.origin_world,
+            camera: scene.camera.clone(),
+            metadata: serde_json::from_str(metadata_json).map_err(render_error)?,
+            pixel_aspect_ratio: settings.pixel_aspect_ratio,
             packing,
         })
     }
 
-    fn with_job<T>(&self, f: impl FnOnce(&kilauea_render::RenderJob) -> T) -> PyResult<T> {
+    fn with_job<T>(&self, f: impl FnOnce(&AnyJob) -> T) -> PyResult<T> {
         let job = self.job.lock().unwrap_or_else(PoisonError::into_inner);
         job.as_ref()
             .map(f)
@@ -76,12 +160,12 @@ impl RenderJob {
 
     /// The fraction done, and the seconds left where they can be told.
     fn progress(&self) -> PyResult<(f64, Option<f64>)> {
-        self.with_job(kilauea_render::RenderJob::progress)
+        self.with_job(AnyJob::progress)
     }
 
     /// Make rendering stop soon.
     fn cancel(&self) -> PyResult<()> {
-        self.with_job(kilauea_render::RenderJob::cancel)
+        self.with_job(AnyJob::cancel)
     }
 
     /// Wait for the end, write the picture to each output (`.exr` or `.png`) and return the
@@ -94,26 +178,29 @@ impl RenderJob {
             .take();
         let job = job.ok_or_else(|| render_error("the frame is finished"))?;
         py.detach(|| {
-            let mut result = job.finish().map_err(render_error)?;
+            let Finished {
+                film,
+                mut statistics,
+                journal,
+            } = job.finish()?;
             let start = Instant::now();
             let mut attributes = BTreeMap::from([
                 ("kilauea/stage".to_owned(), self.metadata.stage.clone()),
                 ("kilauea/frame".to_owned(), self.metadata.frame.to_string()),
                 ("kilauea/camera".to_owned(), self.metadata.camera.clone()),
-                ("kilauea/stats".to_owned(), stats_json(&result.stats)?),
+                ("kilauea/stats".to_owned(), stats_json(&statistics)?),
             ]);
-            let warnings = [&self.metadata.warnings[..], &result.stats.warnings[..]].concat();
+            let warnings = [&self.metadata.warnings[..], &statistics.stats.warnings[..]].concat();
             if !warnings.is_empty() {
                 attributes.insert("kilauea/warnings".to_owned(), warnings.join("\n"));
             }
-            let scene = &self.prepared.scene;
             let metadata = ImageMetadata {
-                origin_world: scene.origin_world,
+                origin_world: self.origin_world,
                 pixel_aspect_ratio: self.pixel_aspect_ratio,
-                camera: Some(scene.camera.clone()),
+                camera: Some(self.camera.clone()),
                 frames_per_second: self.metadata.frames_per_second,
                 capture_time: Some(SystemTime::now()),
-                render_time: Some(Duration::from_secs_f64(result.stats.times.render)),
+                render_time: Some(Duration::from_secs_f64(statistics.stats.times.render)),
                 packing: self.packing,
                 attributes,
                 ..ImageMetadata::default()
@@ -124,18 +211,21 @@ impl RenderJob {
                     .extension()
                     .is_some_and(|e| e.eq_ignore_ascii_case("png"));
                 if is_png {
-                    write_png(path, &result.film.to_image(scene.origin_world))
+                    write_png(path, &film.to_image(self.origin_world))
                 } else {
-                    write_exr(path, &result.film, &metadata)
+                    write_exr(path, &film, &metadata)
                 }
                 .map_err(render_error)?;
             }
-            result.stats.times.write = start.elapsed().as_secs_f64();
-            stats_json(&result.stats)
+            if let Some(journal) = journal {
+                journal.remove().map_err(render_error)?;
+            }
+            statistics.stats.times.write = start.elapsed().as_secs_f64();
+            stats_json(&statistics)
         })
     }
 }
 
-fn stats_json(stats: &RenderStats) -> PyResult<String> {
-    serde_json::to_string(stats).map_err(render_error)
+fn stats_json(statistics: &Statistics) -> PyResult<String> {
+    serde_json::to_string(statistics).map_err(render_error)
 }

@@ -6,6 +6,7 @@
     reason = "PyO3 hands over what it extracted from Python"
 )]
 
+mod assembled;
 mod build;
 mod error;
 mod frame;
@@ -19,7 +20,9 @@ mod shaders;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::build::build_scene;
+    use crate::assembled::{AssembledScene, run_worker};
+    #[pymodule_export]
+    use crate::build::{assemble_scene, build_scene};
     #[pymodule_export]
     use crate::error::{RenderError, SceneError};
     #[pymodule_export]

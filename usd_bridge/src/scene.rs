@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::error::render_error;
-use crate::job::RenderJob;
+use crate::job::{AnyJob, RenderJob};
 
 /// A scene that is ready to be rendered any number of times.
 #[pyclass(frozen, module = "kilauea._native")]
@@ -44,12 +44,11 @@ impl Scene {
     ) -> PyResult<RenderJob> {
         let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
         let conditions = serde_json::from_str(conditions_json).map_err(render_error)?;
-        RenderJob::start(
-            Arc::clone(&self.prepared),
-            settings,
-            conditions,
-            metadata_json,
-        )
+        let prepared = Arc::clone(&self.prepared);
+        let job = kilauea_render::RenderJob::start_under(conditions, prepared, settings.clone())
+            .map_err(render_error)?;
+        let scene = &self.prepared.scene;
+        RenderJob::new(AnyJob::Threads(job), scene, &settings, metadata_json)
     }
 
     /// Write the scene into a folder as `scene.json` and raw arrays, for other renderers.

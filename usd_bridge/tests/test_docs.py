@@ -203,6 +203,13 @@ def test_statistics_are_those_of_the_engine():
             written |= {f"{field}.{inner}" for inner, _ in struct_fields(source, kind)}
         else:
             written.add(field)
+    cluster = text("crates/kilauea-cluster/src/stats.rs")
+    written |= {"workers"} | {
+        f"network.{name}" for name, _ in struct_fields(cluster, "NetworkStats")
+    }
+    (workers,) = re.findall(r"^\| `workers` \|(.*)$", text(COMMAND_LINE), flags=re.MULTILINE)
+    for name, _ in struct_fields(cluster, "WorkerStats"):
+        assert f"`{name}`" in workers
     # The bridge adds these.
     completed = text("usd_bridge/python/kilauea/render.py").split("def _complete")[1]
     written |= set(re.findall(r'stats\["(\w+)"\] =', completed))

@@ -8,12 +8,14 @@
 mod bounds;
 mod frame;
 pub mod hash;
+mod packed_spectrum;
 mod spectrum;
 pub mod warp;
 
 pub use bounds::Bounds3;
 pub use frame::Frame;
 pub use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, Mat2, Mat3, UVec2, Vec2, Vec3, Vec3A, Vec4};
+pub use packed_spectrum::PackedSpectrum;
 pub use spectrum::Spectrum;
 
 /// One over pi.

@@ -100,8 +100,8 @@ impl<F: Follow> Program for FollowProgram<F> {
         &'a self,
         runtime: &R,
     ) -> impl Fn(Range<u32>, R::Context) -> R::Started {
-        let paths = runtime.pool();
-        move |numbers, cx| paths.start("paths", self.follow_some(numbers, cx))
+        let paths = runtime.pool("paths");
+        move |numbers, cx| paths.start(self.follow_some(numbers, cx))
     }
 }
 

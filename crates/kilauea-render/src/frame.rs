@@ -162,7 +162,10 @@ impl Frame {
     }
 
     pub(crate) fn tracer<const CUTOUTS: bool>(&self) -> RayTracer<'_, CUTOUTS> {
-        RayTracer::of(&self.prepared, &self.blame).asking(self.conditions.broadcast)
+        RayTracer {
+            sends_texels: self.settings.shading == Shading::Bytes,
+            ..RayTracer::of(&self.prepared, &self.blame).asking(self.conditions.broadcast)
+        }
     }
 
     /// The integrator of paths that know nothing beforehand.

@@ -13,7 +13,7 @@ use kilauea_spot::{Answerer, Context, Program, RunError, Runtime};
 use crate::integrator::{Answer, Guide, Media, Merge, Question, RayTracer};
 use crate::passes::PixelRun;
 use crate::program::{PassesJob, Sampled, StopOnPanic};
-use crate::samples::PixelSampler;
+use crate::samples::{PixelSampler, SampleStart};
 
 /// A program without SPOTs: there is no work to start one from.
 struct NoSpots;
@@ -73,16 +73,20 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
         let pixel = sampler.pixel(tile_idx, pixel_idx);
         integrator.guide.begin(&mut trail, pixel.position);
         for sample_idx in frame.passes.samples(&sampled.run.passes) {
-            let (ray, start) = sampler.start(&pixel, sample_idx);
+            let start = sampler.start(&pixel, sample_idx);
+            let SampleStart {
+                ray,
+                sampler: numbers,
+                view,
+            } = start;
             let cx = Answered(tracer);
             let path = integrator.start(ray);
             let counts = &mut sampled.counts;
-            let path = integrator.trace(path, &start.sampler, counts, &mut trail, &cx);
-            let mut sample = in_place(path);
-            sampler.finish(&start, &mut sample);
+            let path = integrator.trace(path, numbers, counts, &mut trail, &cx);
+            let sample = sampler.finish(&view, &in_place(path));
             if !tile.add(pixel_idx as usize, &sample) {
                 let (id, fault) = in_place(sampler.find_fault(&pixel, sample_idx, &cx));
-                sampled.faults.add(id, fault);
+                sampled.faults.get_or_insert_default().add(id, fault);
             }
         }
     }

@@ -1,14 +1,16 @@
 //! The program that the dataflow engine runs: what a SPOT of a frame does, and which there are.
 
 use std::ops::Range;
+use std::sync::MutexGuard;
 use std::sync::atomic::Ordering;
 
+use kilauea_film::Tile;
 use kilauea_spot::{Context, Job, Pool, Program, Runtime};
 
 use crate::frame::Frame;
-use crate::integrator::{Answer, Faults, Guide, Media, Merge, Question, RayCounts};
+use crate::integrator::{Answer, Faults, Guide, Media, Merge, Question, RayTally};
 use crate::passes::PixelRun;
-use crate::samples::PixelSampler;
+use crate::samples::{PixelSampler, SampleStart};
 
 /// The program: a SPOT takes the samples of some pixels, one after the other.
 ///
@@ -23,8 +25,9 @@ pub(crate) struct Sampled {
     /// Its work; the pixels are those that it left.
     pub(crate) run: PixelRun,
     pub(crate) n_pixels: u32,
-    pub(crate) counts: RayCounts,
-    pub(crate) faults: Faults,
+    pub(crate) counts: RayTally,
+    /// Of samples that were not finite; there are seldom any.
+    pub(crate) faults: Option<Box<Faults>>,
 }
 
 impl Sampled {
@@ -32,8 +35,8 @@ impl Sampled {
         Self {
             run,
             n_pixels: 0,
-            counts: RayCounts::default(),
-            faults: Faults::default(),
+            counts: RayTally::default(),
+            faults: None,
         }
     }
 }
@@ -57,15 +60,16 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> Program
         &'a self,
         runtime: &R,
     ) -> impl Fn(PixelRun, R::Context) -> R::Started {
-        let pixels = runtime.pool();
-        move |run, cx| pixels.start("a pixel's samples", self.sample_pixels(run, cx))
+        let pixels = runtime.pool("a pixel's samples");
+        move |run, cx| pixels.start(self.sample_pixels(run, cx))
     }
 }
 
 impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS, M, G, X> {
     /// Takes the samples that some pixels get, and adds them to the film.
     ///
-    /// Not an `async fn`, which would keep each argument in two places while it waits.
+    /// Not an `async fn`, which would keep each argument in two places while it waits; and nothing has
+    /// a name that is found as easily by way of `self`.
     fn sample_pixels<C: Context<Self>>(
         &self,
         run: PixelRun,
@@ -74,47 +78,51 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
         let mut sampled = Sampled::new(run);
         let mut trail = G::Trail::default();
         async move {
-            let PixelSampler { frame, integrator } = &self.sampler;
             // Others may wait for these pixels.
-            let _stop = StopOnPanic(frame);
-            let film = &frame.film;
+            let _stop = StopOnPanic(self.sampler.frame);
             // Code that waits must not keep others from the tile.
-            let mut held_tile = (!C::WAITS).then(|| film.tile(sampled.run.tile as usize));
-            for pixel_idx in sampled.run.pixels.by_ref() {
-                if frame.is_over() {
+            let mut held_tile = (!C::WAITS).then(|| self.tile(sampled.run.tile));
+            #[allow(clippy::while_let_on_iterator, reason = "a `for` keeps a reference")]
+            while let Some(pixel_idx) = sampled.run.pixels.next() {
+                if self.sampler.frame.is_over() {
                     break;
                 }
                 sampled.n_pixels += 1;
-                if frame.is_settled(sampled.run.tile, pixel_idx) {
+                if self.sampler.frame.is_settled(sampled.run.tile, pixel_idx) {
                     continue;
                 }
                 let pixel = self.sampler.pixel(sampled.run.tile, pixel_idx);
-                integrator.guide.begin(&mut trail, pixel.position);
-                for sample_idx in frame.passes.samples(&sampled.run.passes) {
-                    let (ray, start) = self.sampler.start(&pixel, sample_idx);
-                    let pixel_idx = pixel_idx as usize;
+                let guide = &self.sampler.integrator.guide;
+                guide.begin(&mut trail, pixel.position);
+                for sample_idx in self.sampler.frame.passes.samples(&sampled.run.passes) {
+                    let SampleStart { ray, sampler, view } = self.sampler.start(&pixel, sample_idx);
                     let is_finite = {
-                        let path = integrator.start(ray);
+                        let path = self.sampler.integrator.start(ray);
                         let counts = &mut sampled.counts;
-                        let mut sample = integrator
-                            .trace(path, &start.sampler, counts, &mut trail, &cx)
+                        let found = (self.sampler.integrator)
+                            .trace(path, sampler, counts, &mut trail, &cx)
                             .await;
-                        self.sampler.finish(&start, &mut sample);
+                        let sample = self.sampler.finish(&view, &found);
+                        let pixel_idx = pixel_idx as usize;
                         match &mut held_tile {
                             Some(tile) => tile.add(pixel_idx, &sample),
-                            None => film.tile(sampled.run.tile as usize).add(pixel_idx, &sample),
+                            None => self.tile(sampled.run.tile).add(pixel_idx, &sample),
                         }
                     };
                     if !is_finite {
                         // In a box, as room for it would be in the state of every path.
                         let fault = self.sampler.find_fault(&pixel, sample_idx, &cx);
                         let (id, fault) = Box::pin(fault).await;
-                        sampled.faults.add(id, fault);
+                        sampled.faults.get_or_insert_default().add(id, fault);
                     }
                 }
             }
             sampled
         }
+    }
+
+    fn tile(&self, tile: u32) -> MutexGuard<'_, Tile> {
+        self.sampler.frame.film.tile(tile as usize)
     }
 }
 
@@ -158,7 +166,9 @@ impl PassesJob<'_> {
         } else {
             let mut outcome = frame.lock_outcome();
             outcome.counts.add(sampled.counts);
-            outcome.faults.merge(sampled.faults);
+            outcome
+                .faults
+                .merge(sampled.faults.map(|faults| *faults).unwrap_or_default());
         }
     }
 }

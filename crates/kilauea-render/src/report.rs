@@ -77,6 +77,8 @@ impl Frame {
             textures: Textures {
                 tiles_total: tiles.tiles_total,
                 tiles_loaded: tiles.tiles_loaded,
+                tiles_fetched: tiles.tiles_fetched,
+                seconds_waited: tiles.lookup_wait.as_secs_f64(),
                 bytes_read: tiles.bytes_read,
                 values_replaced: tiles.values_replaced,
             },

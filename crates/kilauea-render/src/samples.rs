@@ -7,8 +7,8 @@ use kilauea_spot::{Context, Program};
 
 use crate::frame::Frame;
 use crate::integrator::{
-    Answer, Fault, FirstFault, Guide, Media, Merge, PathIntegrator, Question, RayCounts, SampleId,
-    Step,
+    Answer, Fault, FirstFault, Guide, Media, Merge, PathIntegrator, PathSample, Question, RayTally,
+    SampleId, Step,
 };
 use crate::sampler::{PixelSequence, Purpose, Sampler};
 
@@ -26,9 +26,15 @@ pub(crate) struct SampledPixel<'f> {
     pub(crate) sequence: PixelSequence<'f>,
 }
 
-/// What is known of a sample besides its ray.
+/// A sample that begins.
 pub(crate) struct SampleStart<'f> {
+    pub(crate) ray: Ray,
     pub(crate) sampler: Sampler<'f>,
+    pub(crate) view: SampleView,
+}
+
+/// What is needed of the beginning of a sample at its end.
+pub(crate) struct SampleView {
     /// Distance along the ray per unit of depth along the view axis.
     distance_per_depth: f32,
     /// Squared distance from the center of the pixel.
@@ -45,13 +51,9 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS
         }
     }
 
-    /// Begins a sample: its ray, and the rest.
+    /// Begins a sample.
     #[inline]
-    pub(crate) fn start<'s>(
-        &self,
-        pixel: &SampledPixel<'s>,
-        sample_idx: u32,
-    ) -> (Ray, SampleStart<'s>) {
+    pub(crate) fn start<'s>(&self, pixel: &SampledPixel<'s>, sample_idx: u32) -> SampleStart<'s> {
         let frame = self.frame;
         let sampler = pixel.sequence.sampler(sample_idx);
         let offset = frame.filter.sample(sampler.pair(Purpose::Filter));
@@ -68,25 +70,25 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS
         let [x, y] = pixel.position;
         let center = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
         let camera_ray = frame.camera.ray(center + offset, lens, time);
-        let start = SampleStart {
+        SampleStart {
+            ray: camera_ray.ray,
             sampler,
-            distance_per_depth: camera_ray.distance_per_depth,
-            offset_sq: offset.length_squared(),
-        };
-        (camera_ray.ray, start)
+            view: SampleView {
+                distance_per_depth: camera_ray.distance_per_depth,
+                offset_sq: offset.length_squared(),
+            },
+        }
     }
 
-    /// Completes what the integrator found.
+    /// What the film gets of what the integrator found.
     #[inline]
-    pub(crate) fn finish(&self, start: &SampleStart<'_>, sample: &mut PixelSample) {
-        sample.offset_sq = start.offset_sq;
-        if sample.z < f32::INFINITY {
-            sample.z /= start.distance_per_depth;
-        }
+    pub(crate) fn finish(&self, view: &SampleView, found: &PathSample) -> PixelSample {
+        let mut sample = found.at_pixel(view.distance_per_depth, view.offset_sq);
         let exposure = self.frame.prepared.scene.camera.exposure_scale;
         if exposure != 1.0 {
             sample.expose(exposure);
         }
+        sample
     }
 
     /// Follows a sample again whose light was not finite, to see where that began. Its rays are not
@@ -103,14 +105,14 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS
         C: Context<P>,
     {
         let first = FirstFault::default();
-        let mut counts = RayCounts::default();
+        let mut counts = RayTally::default();
         let integrator = self.integrator.watched_by(&first);
         let mut trail = G::Trail::default();
         integrator.guide.begin(&mut trail, pixel.position);
-        let (ray, start) = self.start(pixel, sample_idx);
+        let SampleStart { ray, sampler, .. } = self.start(pixel, sample_idx);
         let path = integrator.start(ray);
         integrator
-            .trace(path, &start.sampler, &mut counts, &mut trail, cx)
+            .trace(path, sampler, &mut counts, &mut trail, cx)
             .await;
         let fault = first.get().unwrap_or(Fault {
             step: Step::Exposure,

@@ -41,7 +41,6 @@ pub struct RenderStats {
     /// Size of the scene.
     pub scene: SceneSize,
     /// What was asked of the members of a set, where the scene is spread over one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub set: Option<SetStats>,
     /// Features in use.
     pub needs: Vec<Cow<'static, str>>,
@@ -179,6 +178,10 @@ pub struct Textures {
     pub tiles_total: u64,
     /// Reads of a tile, repeated ones included.
     pub tiles_loaded: u64,
+    /// Tiles that were brought before a lookup needed them.
+    pub tiles_fetched: u64,
+    /// Seconds for which lookups waited for tiles, all threads together.
+    pub seconds_waited: f64,
     /// Bytes read.
     pub bytes_read: u64,
     /// Values of all images that were NaN or infinite, and that something stands for.

@@ -187,8 +187,12 @@ impl Frame {
             sums: self.film.tile(tile as usize).sums(),
             unit: Unit { tile, passes },
             tally: Tally {
-                counts: sampled.counts,
-                faults: sampled.faults.named(|at| geometry.name(at)),
+                counts: sampled.counts.into(),
+                faults: sampled
+                    .faults
+                    .map(|faults| *faults)
+                    .unwrap_or_default()
+                    .named(|at| geometry.name(at)),
             },
         });
     }

@@ -96,6 +96,15 @@ impl Pattern {
         }
     }
 
+    /// Whether a texture decides the value.
+    pub(crate) fn reads_texture(&self) -> bool {
+        match self {
+            Self::Texture(_) => true,
+            Self::Affine2d { input, .. } => input.reads_texture(),
+            Self::Constant(_) | Self::Primvar { .. } => false,
+        }
+    }
+
     /// The texture coordinates of the texture at the root, at the triangle's corners.
     pub(crate) fn texture_st(&self, surface: &Surface<'_>) -> Option<[Vec2; 3]> {
         match self {
@@ -107,14 +116,20 @@ impl Pattern {
 
 impl Texture {
     fn eval(&self, surface: &Surface<'_>) -> Channels {
-        let (st, width) = match self.st.at_corners(surface) {
+        let (st, width) = self.place(surface);
+        self.finish(surface.textures.sample(self.image, st, width, self.wrap))
+    }
+
+    /// Where the texture is looked up, and the width of the lookup.
+    #[inline]
+    pub(crate) fn place(&self, surface: &Surface<'_>) -> (Vec2, f32) {
+        match self.st.at_corners(surface) {
             Some([a, b, c]) => (
                 st_of(surface.interpolate(a, b, c)),
                 surface.st_footprint([a, b, c].map(st_of)),
             ),
             None => (st_of(self.st.eval(surface)), 0.0),
-        };
-        self.finish(surface.textures.sample(self.image, st, width, self.wrap))
+        }
     }
 
     /// Scale and bias; they apply to the fallback of a missing image too, as in Storm.
@@ -149,6 +164,8 @@ pub(crate) struct GraphCompiler<'m> {
     slots: BTreeMap<&'m str, u32>,
     /// In slot order.
     pub(crate) primvars: Vec<String>,
+    /// Every texture that was compiled, by its node.
+    pub(crate) textures: BTreeMap<NodeIdx, Texture>,
 }
 
 impl<'m> GraphCompiler<'m> {
@@ -157,6 +174,7 @@ impl<'m> GraphCompiler<'m> {
             material,
             slots: BTreeMap::new(),
             primvars: Vec::new(),
+            textures: BTreeMap::new(),
         }
     }
 
@@ -210,14 +228,18 @@ impl<'m> GraphCompiler<'m> {
                     scale,
                     bias,
                     fallback,
-                } => Pattern::Texture(Box::new(Texture {
-                    image: *texture,
-                    st: earlier(*st)?,
-                    wrap: [*wrap_s, *wrap_t],
-                    scale: *scale,
-                    bias: *bias,
-                    fallback: *fallback,
-                })),
+                } => {
+                    let texture = Texture {
+                        image: *texture,
+                        st: earlier(*st)?,
+                        wrap: [*wrap_s, *wrap_t],
+                        scale: *scale,
+                        bias: *bias,
+                        fallback: *fallback,
+                    };
+                    self.textures.insert(node, texture.clone());
+                    Pattern::Texture(Box::new(texture))
+                }
             },
         )
     }

@@ -9,6 +9,7 @@
 mod declaration;
 mod graph;
 mod input;
+mod lookups;
 mod medium;
 mod normal;
 mod parameters;
@@ -24,7 +25,8 @@ mod testing;
 pub use declaration::{Allowed, Declaration, Parameter};
 pub use graph::Channels;
 pub use input::{Input, InputValue};
-pub use kilauea_texture::TextureStore;
+pub use kilauea_texture::{TextureStore, TileId};
+pub use lookups::Lookups;
 pub use medium::Medium;
 pub use parameters::{InputSummary, ShaderInputs};
 pub use primvar::{ElementCounts, PrimvarLayout, PrimvarSlot};

@@ -4,7 +4,7 @@ use kilauea_scene::Material;
 
 use crate::declaration::Allowed;
 use crate::graph::GraphCompiler;
-use crate::{Input, InputValue, ShaderError};
+use crate::{Input, InputValue, Lookups, ShaderError};
 
 /// The inputs of one material, while its shader is compiled.
 pub struct ShaderInputs<'m> {
@@ -15,10 +15,12 @@ pub struct ShaderInputs<'m> {
 }
 
 /// What is known of a material's inputs once its shader is compiled.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default)]
 pub struct InputSummary {
     /// The primvars that the inputs read, in slot order.
     pub primvars: Vec<String>,
+    /// The textures that the inputs look up.
+    pub lookups: Lookups,
     /// Authored inputs that the shader does not have.
     pub ignored: Vec<String>,
     /// For each constant outside its declared range, the input, its value and the range; and each
@@ -101,6 +103,7 @@ impl<'m> ShaderInputs<'m> {
         let authored = self.material.inputs.keys();
         InputSummary {
             primvars: self.graph.primvars,
+            lookups: Lookups::new(self.graph.textures.into_values()),
             ignored: authored
                 .filter(|&name| !self.read.contains(name))
                 .cloned()

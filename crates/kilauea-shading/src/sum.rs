@@ -1,6 +1,8 @@
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 
+use kilauea_math::PackedSpectrum;
+
 use crate::Scattered;
 
 /// `async { direct.await + indirect.await }` in less memory: that would keep what it awaits in two
@@ -12,7 +14,14 @@ pub(crate) struct Sum<D, I> {
 
 enum Summand<F> {
     OnItsWay(F),
-    There(Scattered),
+    There(KeptLight),
+}
+
+/// [`Scattered`], packed.
+struct KeptLight {
+    diffuse: PackedSpectrum,
+    specular: PackedSpectrum,
+    path: PackedSpectrum,
 }
 
 impl<D, I> Sum<D, I> {
@@ -20,6 +29,24 @@ impl<D, I> Sum<D, I> {
         Self {
             direct: Summand::OnItsWay(direct),
             indirect,
+        }
+    }
+}
+
+impl KeptLight {
+    fn pack(light: Scattered) -> Self {
+        Self {
+            diffuse: light.diffuse.into(),
+            specular: light.specular.into(),
+            path: light.path.into(),
+        }
+    }
+
+    fn unpack(&self) -> Scattered {
+        Scattered {
+            diffuse: self.diffuse.unpack(),
+            specular: self.specular.unpack(),
+            path: self.path.unpack(),
         }
     }
 }
@@ -35,10 +62,10 @@ where
     fn poll(mut self: Pin<&mut Self>, task: &mut Context<'_>) -> Poll<Scattered> {
         let direct = match &mut self.direct {
             Summand::OnItsWay(direct) => ready!(Pin::new(direct).poll(task)),
-            Summand::There(light) => *light,
+            Summand::There(light) => light.unpack(),
         };
         let Poll::Ready(indirect) = Pin::new(&mut self.indirect).poll(task) else {
-            self.direct = Summand::There(direct);
+            self.direct = Summand::There(KeptLight::pack(direct));
             return Poll::Pending;
         };
         Poll::Ready(direct + indirect)

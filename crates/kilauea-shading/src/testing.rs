@@ -7,13 +7,14 @@ use kilauea_scene::{
     Attribute, InstanceAttribute, Interpolation, MeshChunk, TextureFile, TextureSource, Wrap,
 };
 
-use crate::{Element, ElementCounts, PrimvarLayout, PrimvarSlot, Surface, TextureStore};
+use crate::{Element, ElementCounts, PrimvarLayout, PrimvarSlot, Surface, TextureStore, TileId};
 
 /// Owns what a [`Surface`] borrows.
 pub(crate) struct Fixture {
     pub(crate) chunk: MeshChunk,
     pub(crate) slots: Vec<PrimvarSlot>,
     pub(crate) textures: TextureStore,
+    pub(crate) footprint: f32,
 }
 
 impl Fixture {
@@ -39,6 +40,7 @@ impl Fixture {
             slots: Vec::new(),
             chunk,
             textures: TextureStore::open(&[], 0).0,
+            footprint: 0.0,
         };
         fixture.slots = fixture.resolve(&["st".into()], &[]);
         fixture
@@ -46,6 +48,27 @@ impl Fixture {
 
     /// The same with texture 0 a 2 by 2 image, rows from the lowest up, and texture 1 missing.
     pub(crate) fn with_image(texels: [[f32; 4]; 4]) -> Self {
+        Self::with_tiles(texels, |textures| {
+            // Both levels fit the budget and stay when the file is gone.
+            for width in [0.0, 10.0] {
+                let texel = textures.sample(0, Vec2::ZERO, width, [Wrap::Clamp; 2]);
+                assert!(texel.is_some());
+            }
+        })
+    }
+
+    /// The same, of which no tile is in memory: tile 0 is the image, tile 1 its other level.
+    pub(crate) fn with_absent_image() -> Self {
+        Self::with_tiles([[0.0; 4]; 4], |_| ())
+    }
+
+    /// Makes a tile of the image resident, as black.
+    pub(crate) fn take_in(&self, tile: TileId) {
+        let n_texels = [4, 1][tile.0 as usize];
+        self.textures.take_in(tile, vec![0; 16 * n_texels].into());
+    }
+
+    fn with_tiles(texels: [[f32; 4]; 4], load: impl FnOnce(&TextureStore)) -> Self {
         static N_FILES: AtomicU32 = AtomicU32::new(0);
         let number = N_FILES.fetch_add(1, Ordering::Relaxed);
         let name = format!("kilauea-shading-{}-{number}", std::process::id());
@@ -64,13 +87,7 @@ impl Fixture {
         };
         let (textures, errors) = TextureStore::open(&[image, missing], 1 << 20);
         assert!(errors.is_empty(), "{errors:?}");
-        // Both levels fit the budget and stay when the file is gone.
-        textures
-            .sample(0, Vec2::ZERO, 0.0, [Wrap::Clamp; 2])
-            .unwrap();
-        textures
-            .sample(0, Vec2::ZERO, 10.0, [Wrap::Clamp; 2])
-            .unwrap();
+        load(&textures);
         std::fs::remove_file(path).unwrap();
         Self {
             textures,
@@ -106,7 +123,7 @@ impl Fixture {
             instance_primvars: &[],
             instance_index: 0,
             outside_ior: 1.0,
-            footprint: 0.0,
+            footprint: self.footprint,
             textures: &self.textures,
         }
     }

@@ -10,6 +10,9 @@ use serde_json::json;
 /// Rays of a frame of 1920 by 1080 pixels, 64 samples and 8 rays a sample.
 const FRAME_RAYS: f64 = 1920.0 * 1080.0 * 64.0 * 8.0;
 
+/// Of a core, 25 microseconds (docs/scaling.md); here of a machine with 16.
+const MESSAGE_SECS: f64 = 25e-6 / 16.0;
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let args: Vec<String> = std::env::args().skip(1).collect();
     let [path, mrays, shade_ns] = &args[..] else {
@@ -21,6 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for gigabits in [1.0, 10.0, 100.0] {
         let machine = Machine {
             shade_secs: 1e-9 * shade_ns,
+            message_secs: MESSAGE_SECS,
             ..Machine::new(mrays, gigabits)
         };
         for n_members in [1, 2, 3, 5, 8, 16, 32] {
@@ -43,15 +47,17 @@ fn row(
         machines: vec![machine; n_members],
         sizes: RaySizes::default(),
         batching: Batching {
-            pool: 32 << 10,
+            pool: if n_members > 8 { 16 << 10 } else { 32 << 10 },
             ..Batching::default()
         },
         trace,
         is_full_broadcast: is_full,
     };
-    // Long enough for every ray under way to be answered some times.
-    let outcome = model.run(0.1, 0.2);
     let asking = trace.asking(n_members, is_full);
+    let by_law = law::rays_per_machine(&machine, &asking, &model.sizes);
+    // Long enough for every place in the pool to be used many times over.
+    let secs_around = model.batching.pool as f64 / by_law;
+    let outcome = model.run(4.0 * secs_around, 8.0 * secs_around);
     let per_machine = outcome.rays_per_sec() / n_members as f64;
     let frames = [1, 10, 100, 1000].map(|n_machines| {
         let n_sets = n_machines / n_members;
@@ -79,8 +85,7 @@ fn row(
         "met": asking.met,
         "imbalance": asking.imbalance,
         "mrays_per_machine": 1e-6 * per_machine,
-        "law_mrays_per_machine":
-            1e-6 * law::rays_per_machine(&machine, &asking, &RaySizes::default()),
+        "law_mrays_per_machine": 1e-6 * by_law,
         "busy": outcome.busy.iter().sum::<f64>() / n_members as f64,
         "batch_rays": outcome.batch_rays,
         "frames": frames,

@@ -9,6 +9,8 @@ pub struct Machine {
     pub nic_bytes_per_sec: f64,
     /// Seconds of its own that each ray costs whoever asks it: shading, and whom to ask.
     pub shade_secs: f64,
+    /// Seconds that each message costs who sends it, and who receives it.
+    pub message_secs: f64,
 }
 
 /// Bytes of messages.
@@ -42,6 +44,7 @@ impl Machine {
             rays_per_sec: 1e6 * mrays_per_sec,
             nic_bytes_per_sec: 1e9 / 8.0 * gigabits,
             shade_secs: 0.0,
+            message_secs: 0.0,
         }
     }
 }

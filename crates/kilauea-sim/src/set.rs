@@ -260,8 +260,7 @@ impl<'a> Run<'a> {
         if ray.whom.is_empty() {
             // It leaves the scene.
             self.end(origin, slot);
-            let at = self.events.now + self.model.machines[origin].shade_secs.max(1e-9);
-            self.events.at(at, Event::Shaded { origin, n: 1 });
+            self.shade(origin, 1);
             return;
         }
         for &member in &ray.whom {
@@ -313,8 +312,9 @@ impl<'a> Run<'a> {
         let from = if is_reply { batch.member } else { batch.origin };
         let bytes = self.bytes(&batch, is_reply);
         self.counts.bytes_sent[from] += bytes;
-        let secs = bytes / self.model.machines[from].nic_bytes_per_sec;
-        let sent = self.senders[from].take(self.events.now, secs);
+        let machine = &self.model.machines[from];
+        let made = self.processors[from].take(self.events.now, machine.message_secs);
+        let sent = self.senders[from].take(made, bytes / machine.nic_bytes_per_sec);
         let arrives = sent + 0.5 * self.model.batching.rtt_secs;
         self.events
             .at(arrives, Event::Delivered { batch, is_reply });
@@ -327,7 +327,11 @@ impl<'a> Run<'a> {
             batch.n_met += usize::from(self.random.unit() < f64::from(share));
         }
         self.counts.traced[member] += batch.rays.len() as u64;
-        let secs = batch.rays.len() as f64 / self.model.machines[member].rays_per_sec;
+        let machine = &self.model.machines[member];
+        let mut secs = batch.rays.len() as f64 / machine.rays_per_sec;
+        if batch.origin != member {
+            secs += machine.message_secs;
+        }
         let done = self.processors[member].take(self.events.now, secs);
         self.events.at(done, Event::Traced(batch));
     }
@@ -343,11 +347,22 @@ impl<'a> Run<'a> {
                 n += 1;
             }
         }
-        if n > 0 {
-            let secs = n as f64 * self.model.machines[origin].shade_secs;
-            let done = self.processors[origin].take(self.events.now, secs);
-            self.events.at(done, Event::Shaded { origin, n });
+        if batch.member != origin {
+            let secs = self.model.machines[origin].message_secs;
+            self.processors[origin].take(self.events.now, secs);
         }
+        if n > 0 {
+            self.shade(origin, n);
+        }
+    }
+
+    /// What follows the answers to some rays, and then as many new ones.
+    fn shade(&mut self, origin: usize, n: usize) {
+        /// So that time passes.
+        const LEAST_SECS: f64 = 1e-9;
+        let secs = n as f64 * self.model.machines[origin].shade_secs.max(LEAST_SECS);
+        let done = self.processors[origin].take(self.events.now, secs);
+        self.events.at(done, Event::Shaded { origin, n });
     }
 
     fn end(&mut self, origin: usize, slot: u32) {

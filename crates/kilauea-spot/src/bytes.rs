@@ -4,13 +4,12 @@
 //! to cross.
 
 use std::num::NonZeroU32;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::scope;
 
-use crate::error::{RunError, panic_message};
+use crate::error::RunError;
 use crate::program::{Answerer, Program};
-use crate::server::{Desk, Server};
+use crate::server::{Desk, Server, fail_on_error};
 use crate::slots::Ticket;
 use crate::wire::{Wire, WireError};
 
@@ -40,9 +39,13 @@ where
         let (to_near, at_near) = sync_channel(CHANNEL_CAPACITY);
         scope(|threads| {
             threads.spawn(move || {
-                fail_on_error(desk, || answer_bytes(self.answerer, &at_far, &to_near));
+                fail_on_error(desk, "the far side", || {
+                    answer_bytes(self.answerer, &at_far, &to_near)
+                });
             });
-            threads.spawn(move || fail_on_error(desk, || bring_home(desk, &at_near)));
+            threads.spawn(move || {
+                fail_on_error(desk, "the near side", || bring_home(desk, &at_near));
+            });
             while let Some(batch) = desk.next_batch() {
                 let bytes = encode_batch(batch.thread, &batch.questions);
                 if to_far.send(bytes).is_err() {
@@ -86,18 +89,6 @@ where
         desk.deliver(thread, batch);
     }
     Ok(())
-}
-
-/// Ends the run if `run` cannot go on.
-fn fail_on_error<P: Program>(desk: &Desk<'_, P>, run: impl FnOnce() -> Result<(), RunError>) {
-    match catch_unwind(AssertUnwindSafe(run)) {
-        Ok(Ok(())) => {}
-        Ok(Err(error)) => desk.fail(error),
-        Err(payload) => desk.fail(RunError::ThreadPanicked {
-            thread: "the far side".to_owned(),
-            message: panic_message(payload.as_ref()),
-        }),
-    }
 }
 
 /// A batch: thread, count, then ticket and value by value.

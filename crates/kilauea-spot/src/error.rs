@@ -13,7 +13,7 @@ pub enum RunError {
     /// The code of a SPOT panicked.
     #[error("{label} panicked: {message}")]
     Panicked {
-        /// The label with which the SPOT was started.
+        /// The label of the pool that the SPOT was started in.
         label: String,
         /// The message of the panic.
         message: String,
@@ -21,7 +21,7 @@ pub enum RunError {
     /// A SPOT awaits something that did not come from its context.
     #[error("{label} awaits neither an answer nor a child")]
     Stuck {
-        /// The label with which the SPOT was started.
+        /// The label of the pool that the SPOT was started in.
         label: String,
     },
     /// Code outside SPOTs panicked: an answerer, the job, or a program's `starter`.

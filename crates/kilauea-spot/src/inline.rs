@@ -22,6 +22,7 @@ pub struct Inline<'a, P, A> {
 
 /// Remembers nothing: a SPOT is over before [`Pool::start`] returns.
 pub struct InlinePool<'a, F> {
+    label: &'a str,
     failed: &'a Cell<Option<&'a str>>,
     future: PhantomData<F>,
 }
@@ -75,21 +76,22 @@ impl<'a, P: Program, A: Answerer<P>> Runtime<'a, P> for Inline<'a, P, A> {
     type Pool<F: Future<Output = P::Output> + 'a> = InlinePool<'a, F>;
 
     #[inline]
-    fn pool<F: Future<Output = P::Output> + 'a>(&self) -> InlinePool<'a, F> {
+    fn pool<F: Future<Output = P::Output> + 'a>(&self, label: &'a str) -> InlinePool<'a, F> {
         InlinePool {
+            label,
             failed: self.failed,
             future: PhantomData,
         }
     }
 }
 
-impl<'a, F: Future> Pool<'a, F> for InlinePool<'a, F> {
+impl<F: Future> Pool<F> for InlinePool<'_, F> {
     type Started = F::Output;
 
     #[inline]
-    fn start(&self, label: &'a str, future: F) -> F::Output {
+    fn start(&self, future: F) -> F::Output {
         let _blame = Blame {
-            label,
+            label: self.label,
             failed: self.failed,
         };
         let mut context = task::Context::from_waker(Waker::noop());

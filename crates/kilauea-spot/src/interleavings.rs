@@ -30,8 +30,8 @@ impl Program for Nothing {
         &'a self,
         runtime: &R,
     ) -> impl Fn(u32, R::Context) -> R::Started {
-        let pool = runtime.pool();
-        move |work, cx| pool.start("nothing", async move { cx.ask(work).await })
+        let pool = runtime.pool("nothing");
+        move |work, cx| pool.start(async move { cx.ask(work).await })
     }
 }
 

@@ -7,6 +7,7 @@ use crate::engine::Limits;
 use crate::exchange::{Child, Home};
 use crate::priority::PriorityQueue;
 use crate::program::Program;
+use crate::queued::Started;
 use crate::slots::{Slots, Ticket};
 
 /// SPOTs of one thread, their slots, and what they have sent.
@@ -18,6 +19,8 @@ pub(crate) struct Lane<P: Program> {
     free_spots: Vec<u32>,
     answers: Slots<P::Answer>,
     outputs: Slots<P::Output>,
+    /// Memory that a SPOT's cell takes, by pool.
+    cell_bytes: Vec<usize>,
     /// SPOTs in condition ACTIVE.
     pub(crate) ready: PriorityQueue<u32>,
     /// Questions that no batch holds yet. Bounded by the open slots of SPOTs in flight.
@@ -30,9 +33,11 @@ pub(crate) struct Lane<P: Program> {
     pub(crate) n_questions: u64,
 }
 
-/// A SPOT's entry. Its future is in a cell.
+/// A SPOT's entry.
 struct Spot {
     condition: Condition,
+    /// Where its future is.
+    started: Started,
     generation: u32,
     root: u64,
     /// Where the output goes; nowhere but to the job for a root.
@@ -41,7 +46,6 @@ struct Spot {
     n_open: u32,
     /// Children that have not come home, read or not.
     n_children: u32,
-    bytes: u32,
 }
 
 /// The paper's conditions of a SPOT (Kato & Saito 2002, 4.3), and one for the time between.
@@ -86,6 +90,7 @@ impl<P: Program> Lane<P> {
             free_spots: Vec::new(),
             answers: Slots::new(),
             outputs: Slots::new(),
+            cell_bytes: Vec::new(),
             ready: PriorityQueue::new(limits.order),
             outbox: Vec::new(),
             spawned: Vec::new(),
@@ -95,16 +100,17 @@ impl<P: Program> Lane<P> {
         }
     }
 
-    /// Enters a SPOT, which becomes the current one.
+    /// Enters a SPOT, which becomes the current one. Its future is made after that, by code that may
+    /// ask already.
     pub(crate) fn begin_spot(&mut self, origin: Origin) -> u32 {
         let spot = Spot {
             condition: Condition::Running,
+            started: Started { pool: 0, cell: 0 },
             generation: origin.generation,
             root: origin.root,
             home: origin.home,
             n_open: 0,
             n_children: 0,
-            bytes: 0,
         };
         let idx = if let Some(idx) = self.free_spots.pop() {
             self.spots[idx as usize] = spot;
@@ -117,17 +123,23 @@ impl<P: Program> Lane<P> {
         idx
     }
 
-    /// Counts the memory of a SPOT whose cell is now known.
-    pub(crate) fn charge_spot(&mut self, spot: u32, cell_bytes: usize) {
-        let bytes = Self::SPOT_BYTES + cell_bytes;
-        self.spots[spot as usize].bytes = bytes as u32;
-        self.budget.begin_spot(bytes);
+    /// Notes where the future of a SPOT is, and counts the memory of both.
+    pub(crate) fn charge_spot(&mut self, spot: u32, started: Started, cell_bytes: usize) {
+        self.spots[spot as usize].started = started;
+        let pool = started.pool as usize;
+        if pool >= self.cell_bytes.len() {
+            self.cell_bytes.resize(pool + 1, 0);
+        }
+        self.cell_bytes[pool] = cell_bytes;
+        self.budget.begin_spot(Self::SPOT_BYTES + cell_bytes);
     }
 
-    /// Makes a SPOT the current one.
-    pub(crate) fn resume(&mut self, spot: u32) {
-        self.spots[spot as usize].condition = Condition::Running;
+    /// Makes a SPOT the current one, and says where its future is.
+    pub(crate) fn resume(&mut self, spot: u32) -> Started {
+        let entry = &mut self.spots[spot as usize];
+        entry.condition = Condition::Running;
         self.current = spot;
+        entry.started
     }
 
     /// Notes that a SPOT's code waits. False if nothing will ever wake it.
@@ -248,7 +260,8 @@ impl<P: Program> Lane<P> {
     /// Frees a SPOT's entry.
     fn bury(&mut self, spot: u32) -> Origin {
         let entry = &self.spots[spot as usize];
-        self.budget.end_spot(entry.bytes as usize);
+        let cell_bytes = self.cell_bytes[entry.started.pool as usize];
+        self.budget.end_spot(Self::SPOT_BYTES + cell_bytes);
         self.free_spots.push(spot);
         Origin {
             generation: entry.generation,

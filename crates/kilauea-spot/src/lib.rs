@@ -38,12 +38,12 @@
 //!         &'a self,
 //!         runtime: &R,
 //!     ) -> impl Fn(u64, R::Context) -> R::Started {
-//!         let (inners, leaves) = (runtime.pool(), runtime.pool());
+//!         let (inners, leaves) = (runtime.pool("inner node"), runtime.pool("leaf"));
 //!         move |node, cx| {
 //!             if 2 * node + 1 <= self.n_nodes {
-//!                 inners.start("inner node", self.inner(node, cx))
+//!                 inners.start(self.inner(node, cx))
 //!             } else {
-//!                 leaves.start("leaf", leaf(node, cx))
+//!                 leaves.start(leaf(node, cx))
 //!             }
 //!         }
 //!     }
@@ -129,8 +129,8 @@
 //!
 //! # When something fails
 //!
-//! A SPOT that panics ends the run with [`RunError::Panicked`], which carries the label that it was
-//! started with; other threads finish the SPOT they are running and stop. The same goes for
+//! A SPOT that panics ends the run with [`RunError::Panicked`], which carries the label of its
+//! pool; other threads finish the SPOT they are running and stop. The same goes for
 //! servers that panic, bytes that cannot be read, and [`Job::is_cancelled`].
 
 #![forbid(unsafe_code)]

@@ -54,25 +54,31 @@ pub trait Runtime<'a, P: Program> {
     /// A SPOT that a pool has taken over.
     type Started;
     /// Memory for SPOTs whose future is `F`.
-    type Pool<F: Future<Output = P::Output> + 'a>: Pool<'a, F, Started = Self::Started>;
+    type Pool<F: Future<Output = P::Output> + 'a>: Pool<F, Started = Self::Started>;
 
-    /// A new pool; `F` follows from what is started in it.
-    fn pool<F: Future<Output = P::Output> + 'a>(&self) -> Self::Pool<F>;
+    /// A new pool; `F` follows from what is started in it. `label` names its SPOTs in errors.
+    fn pool<F: Future<Output = P::Output> + 'a>(&self, label: &'a str) -> Self::Pool<F>;
 }
 
 /// Recycled memory for SPOTs of one type.
-pub trait Pool<'a, F> {
+pub trait Pool<F> {
     /// A SPOT that the pool has taken over.
     type Started;
 
-    /// Takes over a future. `label` names it in errors.
-    fn start(&self, label: &'a str, future: F) -> Self::Started;
+    /// Takes over a future.
+    fn start(&self, future: F) -> Self::Started;
 }
 
 /// Answers questions, each by itself: the same question has the same answer, whoever asks first.
 pub trait Answerer<P: Program>: Sync {
     /// The answer.
     fn answer(&self, question: P::Question) -> P::Answer;
+
+    /// Whether the answer takes so long, as it comes from a disk, that others should not wait for
+    /// it.
+    fn is_slow(&self, _question: &P::Question) -> bool {
+        false
+    }
 }
 
 /// What a run is to compute: numbered roots, each a work of generation 0.

@@ -11,7 +11,12 @@ use crate::program::{Context, Pool, Program, Runtime};
 use crate::slots::Ticket;
 
 /// Pools of one engine thread, whatever the types of their futures.
-type PoolList<'a, R> = Rc<RefCell<Vec<Rc<dyn Cells<R> + 'a>>>>;
+type PoolList<'a, R> = Rc<RefCell<Vec<LabeledCells<'a, R>>>>;
+
+struct LabeledCells<'a, R> {
+    label: &'a str,
+    cells: Rc<dyn Cells<R> + 'a>,
+}
 
 /// One engine thread's side of [`Runtime`].
 pub struct Queued<'a, P: Program> {
@@ -30,10 +35,9 @@ pub struct QueuedPool<F> {
     pool: u32,
 }
 
-/// A SPOT's future, and how to call it in errors.
+/// Where a SPOT's future is.
 #[derive(Clone, Copy)]
-pub struct Started<'a> {
-    pub(crate) label: &'a str,
+pub struct Started {
     pub(crate) pool: u32,
     pub(crate) cell: u32,
 }
@@ -52,7 +56,7 @@ pub struct ChildOutput<P: Program> {
     ticket: Option<Ticket>,
 }
 
-impl<P: Program> Queued<'_, P> {
+impl<'a, P: Program> Queued<'a, P> {
     pub(crate) fn new(lane: Rc<RefCell<Lane<P>>>) -> Self {
         Self {
             lane,
@@ -75,29 +79,41 @@ impl<P: Program> Queued<'_, P> {
     }
 
     /// Runs a SPOT until it waits or ends.
-    pub(crate) fn poll(&self, started: &Started<'_>) -> Poll<P::Output> {
-        self.pools.borrow()[started.pool as usize].poll(started.cell)
+    pub(crate) fn poll(&self, started: Started) -> Poll<P::Output> {
+        self.pools.borrow()[started.pool as usize]
+            .cells
+            .poll(started.cell)
+    }
+
+    /// How to call a SPOT in errors.
+    pub(crate) fn label(&self, started: Started) -> &'a str {
+        self.pools.borrow()[started.pool as usize].label
     }
 
     /// Memory that a SPOT's cell takes, with what refers to it.
-    pub(crate) fn cell_bytes(&self, started: &Started<'_>) -> usize {
-        self.pools.borrow()[started.pool as usize].cell_bytes() + size_of::<Started<'_>>()
+    pub(crate) fn cell_bytes(&self, started: Started) -> usize {
+        let pools = self.pools.borrow();
+        pools[started.pool as usize].cells.cell_bytes()
     }
 
     pub(crate) fn n_cells(&self) -> usize {
-        self.pools.borrow().iter().map(|p| p.n_allocated()).sum()
+        let pools = self.pools.borrow();
+        pools.iter().map(|pool| pool.cells.n_allocated()).sum()
     }
 }
 
 impl<'a, P: Program + 'a> Runtime<'a, P> for Queued<'a, P> {
     type Context = QueuedContext<P>;
-    type Started = Started<'a>;
+    type Started = Started;
     type Pool<F: Future<Output = P::Output> + 'a> = QueuedPool<F>;
 
-    fn pool<F: Future<Output = P::Output> + 'a>(&self) -> QueuedPool<F> {
+    fn pool<F: Future<Output = P::Output> + 'a>(&self, label: &'a str) -> QueuedPool<F> {
         let cells = Rc::new(CellsOf::new());
         let mut pools = self.pools.borrow_mut();
-        pools.push(Rc::clone(&cells) as Rc<dyn Cells<P::Output> + 'a>);
+        pools.push(LabeledCells {
+            label,
+            cells: Rc::clone(&cells) as Rc<dyn Cells<P::Output> + 'a>,
+        });
         QueuedPool {
             cells,
             pool: (pools.len() - 1) as u32,
@@ -105,12 +121,11 @@ impl<'a, P: Program + 'a> Runtime<'a, P> for Queued<'a, P> {
     }
 }
 
-impl<'a, F> Pool<'a, F> for QueuedPool<F> {
-    type Started = Started<'a>;
+impl<F> Pool<F> for QueuedPool<F> {
+    type Started = Started;
 
-    fn start(&self, label: &'a str, future: F) -> Started<'a> {
+    fn start(&self, future: F) -> Started {
         Started {
-            label,
             pool: self.pool,
             cell: self.cells.insert(future),
         }

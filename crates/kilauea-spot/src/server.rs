@@ -1,6 +1,10 @@
 //! Who answers questions that travel.
 
-use crate::error::RunError;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread::scope;
+
+use crate::error::{RunError, panic_message};
 use crate::exchange::{Batch, Exchange, Mail};
 use crate::program::{Answerer, Program};
 use crate::slots::Ticket;
@@ -53,7 +57,8 @@ impl<'a, P: Program> Desk<'a, P> {
     }
 }
 
-/// Answers on the server thread, question by question.
+/// Answers on the server thread, question by question; those that are slow on another one beside
+/// it.
 pub struct Queue<'a, A> {
     answerer: &'a A,
 }
@@ -67,12 +72,77 @@ impl<'a, A> Queue<'a, A> {
 
 impl<P: Program, A: Answerer<P>> Server<P> for Queue<'_, A> {
     fn serve(&self, desk: &Desk<'_, P>) {
-        while let Some(batch) = desk.next_batch() {
-            let answer = |(ticket, question)| (ticket, self.answerer.answer(question));
-            desk.deliver(
-                batch.thread,
-                batch.questions.into_iter().map(answer).collect(),
-            );
+        scope(|threads| {
+            // Bounded by the credit of those who ask. The thread starts with the first question.
+            let mut to_slow = None;
+            while let Some(batch) = desk.next_batch() {
+                let is_slow = |question: &P::Question| self.answerer.is_slow(question);
+                let mut questions = batch.questions;
+                let slow: Vec<_> = questions.extract_if(.., |(_, q)| is_slow(q)).collect();
+                if !slow.is_empty() {
+                    let to_slow = to_slow.get_or_insert_with(|| {
+                        let (to_slow, slow) = channel();
+                        threads.spawn(move || {
+                            fail_on_error(desk, "the one who answers slowly", || {
+                                self.answer_slowly(desk, &slow);
+                                Ok(())
+                            });
+                        });
+                        to_slow
+                    });
+                    if to_slow.send((batch.thread, slow)).is_err() {
+                        break;
+                    }
+                }
+                desk.deliver(batch.thread, self.answer(questions));
+            }
+        });
+    }
+}
+
+impl<A> Queue<'_, A> {
+    fn answer<P>(&self, questions: Vec<(Ticket, P::Question)>) -> Vec<(Ticket, P::Answer)>
+    where
+        P: Program,
+        A: Answerer<P>,
+    {
+        let answer = |(ticket, question)| (ticket, self.answerer.answer(question));
+        questions.into_iter().map(answer).collect()
+    }
+
+    /// Each answer goes home by itself, until there are no more questions or the run is over.
+    fn answer_slowly<P>(&self, desk: &Desk<'_, P>, batches: &Receiver<SlowBatch<P>>)
+    where
+        P: Program,
+        A: Answerer<P>,
+    {
+        for (thread, questions) in batches {
+            for (ticket, question) in questions {
+                if desk.is_closed() {
+                    return;
+                }
+                let answer = self.answerer.answer(question);
+                desk.deliver(thread, vec![(ticket, answer)]);
+            }
         }
+    }
+}
+
+/// Questions that are slow, and the thread that asked them.
+type SlowBatch<P> = (u32, Vec<(Ticket, <P as Program>::Question)>);
+
+/// Ends the run if `run`, on a thread that is called `thread`, cannot go on.
+pub(crate) fn fail_on_error<P: Program>(
+    desk: &Desk<'_, P>,
+    thread: &str,
+    run: impl FnOnce() -> Result<(), RunError>,
+) {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => desk.fail(error),
+        Err(payload) => desk.fail(RunError::ThreadPanicked {
+            thread: thread.to_owned(),
+            message: panic_message(payload.as_ref()),
+        }),
     }
 }

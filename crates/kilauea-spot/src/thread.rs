@@ -25,8 +25,6 @@ struct EngineThread<'a, 'e, P: Program, J, S> {
     lane: Rc<RefCell<Lane<P>>>,
     runtime: Queued<'a, P>,
     starter: S,
-    /// By SPOT.
-    started: Vec<Option<Started<'a>>>,
     /// Questions sent and not answered; never above the credit.
     n_questions_out: usize,
     mail: Vec<Mail<P>>,
@@ -62,7 +60,6 @@ pub(crate) fn run_thread<P: Program, J: Job<P>>(
         // The same pools: `starter` has typed handles to them.
         runtime: runtime.share(),
         starter,
-        started: Vec::new(),
         n_questions_out: 0,
         mail: Vec::new(),
         privileged: Vec::new(),
@@ -76,7 +73,7 @@ impl<'a, P, J, S> EngineThread<'a, '_, P, J, S>
 where
     P: Program + 'a,
     J: Job<P>,
-    S: Fn(P::Work, QueuedContext<P>) -> Started<'a>,
+    S: Fn(P::Work, QueuedContext<P>) -> Started,
 {
     fn run(&mut self) {
         while !self.exchange.progress.has_ended() {
@@ -209,8 +206,8 @@ where
         match task {
             Task::Resume(spot) => {
                 self.stats.n_resumed += 1;
-                self.lane.borrow_mut().resume(spot);
-                self.run_spot(spot);
+                let started = self.lane.borrow_mut().resume(spot);
+                self.run_spot(spot, started);
             }
             Task::StartChild(child) => {
                 if child.home.thread as usize != self.thread {
@@ -238,26 +235,22 @@ where
         self.stats.n_spots += 1;
         let spot = self.lane.borrow_mut().begin_spot(origin);
         let started = (self.starter)(work, self.runtime.context());
-        let cell_bytes = self.runtime.cell_bytes(&started);
-        self.lane.borrow_mut().charge_spot(spot, cell_bytes);
-        let idx = spot as usize;
-        if idx >= self.started.len() {
-            self.started.resize(idx + 1, None);
-        }
-        self.started[idx] = Some(started);
-        self.run_spot(spot);
+        let cell_bytes = self.runtime.cell_bytes(started);
+        let mut lane = self.lane.borrow_mut();
+        lane.charge_spot(spot, started, cell_bytes);
+        drop(lane);
+        self.run_spot(spot, started);
     }
 
     /// Runs the current SPOT until it waits or ends.
-    fn run_spot(&mut self, spot: u32) {
-        let started = self.started[spot as usize].expect("a SPOT in flight was started");
+    fn run_spot(&mut self, spot: u32, started: Started) {
         let runtime = &self.runtime;
-        let polled = catch_unwind(AssertUnwindSafe(|| runtime.poll(&started)));
+        let polled = catch_unwind(AssertUnwindSafe(|| runtime.poll(started)));
         self.publish_children();
         match polled {
             Ok(Poll::Pending) => {
                 if !self.lane.borrow_mut().suspend(spot) {
-                    let label = started.label.to_owned();
+                    let label = self.runtime.label(started).to_owned();
                     self.exchange.end(Some(RunError::Stuck { label }));
                 }
             }
@@ -268,7 +261,7 @@ where
                 }
             }
             Err(payload) => self.exchange.end(Some(RunError::Panicked {
-                label: started.label.to_owned(),
+                label: self.runtime.label(started).to_owned(),
                 message: panic_message(payload.as_ref()),
             })),
         }

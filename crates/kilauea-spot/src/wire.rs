@@ -86,6 +86,21 @@ impl<T: Wire> Wire for Option<T> {
     }
 }
 
+/// Count, then the bytes themselves.
+impl Wire for Box<[u8]> {
+    fn encode(&self, bytes: &mut Vec<u8>) {
+        (self.len() as u32).encode(bytes);
+        bytes.extend_from_slice(self);
+    }
+
+    fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
+        let n = u32::decode(bytes)? as usize;
+        let (head, tail) = bytes.split_at_checked(n).ok_or(WireError::Short)?;
+        *bytes = tail;
+        Ok(head.into())
+    }
+}
+
 impl<const N: usize> Wire for [f32; N] {
     fn encode(&self, bytes: &mut Vec<u8>) {
         for value in self {
@@ -125,6 +140,7 @@ mod tests {
         check(&None::<u8>);
         check(&true);
         check(&NonZeroU32::MIN);
+        check(&Box::<[u8]>::from([7, 0, 9]));
     }
 
     #[test]

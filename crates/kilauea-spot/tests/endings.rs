@@ -40,12 +40,12 @@ impl Program for Faulty {
         &'a self,
         runtime: &R,
     ) -> impl Fn(u64, R::Context) -> R::Started {
-        let (outer, inner) = (runtime.pool(), runtime.pool());
+        let (outer, inner) = (runtime.pool("/World/Outer"), runtime.pool("/World/Inner"));
         move |number, cx| {
             if number < 1000 {
-                outer.start("/World/Outer", outer_spot(number, cx))
+                outer.start(outer_spot(number, cx))
             } else {
-                inner.start("/World/Inner", self.inner_spot(number - 1000, cx))
+                inner.start(self.inner_spot(number - 1000, cx))
             }
         }
     }

@@ -67,12 +67,12 @@ impl Program for Careless {
         &'a self,
         runtime: &R,
     ) -> impl Fn(bool, R::Context) -> R::Started {
-        let (parents, children) = (runtime.pool(), runtime.pool());
+        let (parents, children) = (runtime.pool("parent"), runtime.pool("child"));
         move |is_root, cx| {
             if is_root {
-                parents.start("parent", parent(cx))
+                parents.start(parent(cx))
             } else {
-                children.start("child", child(cx))
+                children.start(child(cx))
             }
         }
     }

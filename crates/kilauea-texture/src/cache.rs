@@ -1,6 +1,7 @@
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use arc_swap::{ArcSwapOption, Guard};
 
@@ -22,7 +23,9 @@ pub(crate) struct TileCache {
     budget_bytes: u64,
     clock: Mutex<Clock>,
     tiles_loaded: AtomicU64,
+    tiles_fetched: AtomicU64,
     bytes_read: AtomicU64,
+    lookup_wait_ns: AtomicU64,
 }
 
 #[derive(Debug, Default)]
@@ -45,6 +48,10 @@ struct Clock {
 pub struct TextureStats {
     /// Tiles read, counting one again that was evicted in between.
     pub tiles_loaded: u64,
+    /// Tiles that were there before a lookup needed them, as somebody had asked for them.
+    pub tiles_fetched: u64,
+    /// How long lookups waited for tiles that were not there, all threads together.
+    pub lookup_wait: Duration,
     /// Bytes of texels held now.
     pub bytes_resident: u64,
     /// Most bytes of texels held at any time.
@@ -66,11 +73,13 @@ impl TileCache {
             budget_bytes,
             clock: Mutex::default(),
             tiles_loaded: AtomicU64::new(0),
+            tiles_fetched: AtomicU64::new(0),
             bytes_read: AtomicU64::new(0),
+            lookup_wait_ns: AtomicU64::new(0),
         }
     }
 
-    /// The tile of a slot, read by `load` where it is not resident.
+    /// The tile of a slot for a lookup, which waits for `load` where it is not resident.
     #[inline]
     pub(crate) fn get(
         &self,
@@ -87,18 +96,57 @@ impl TileCache {
             return Some(resident);
         }
         drop(resident);
+        let start = Instant::now();
+        let tile = self.load(slot_idx, load).map(|(tile, _)| tile);
+        let wait_ns = start.elapsed().as_nanos() as u64;
+        self.lookup_wait_ns.fetch_add(wait_ns, Ordering::Relaxed);
+        tile.map(|tile| Guard::from_inner(Some(tile)))
+    }
+
+    pub(crate) fn is_resident(&self, slot_idx: u32) -> bool {
+        self.slots[slot_idx as usize].tile.load().is_some()
+    }
+
+    /// Makes the tile of a slot resident ahead of lookups. Nothing happens if it is, or cannot be
+    /// read.
+    pub(crate) fn fetch(&self, slot_idx: u32, load: impl FnOnce() -> Option<Tile>) {
+        if !self.is_resident(slot_idx)
+            && let Some((_, is_new)) = self.load(slot_idx, load)
+        {
+            self.tiles_fetched
+                .fetch_add(u64::from(is_new), Ordering::Relaxed);
+        }
+    }
+
+    /// Makes a tile resident that came from elsewhere.
+    pub(crate) fn take_in(&self, slot_idx: u32, tile: Tile) {
+        if !self.is_resident(slot_idx) {
+            let is_new = self.insert(slot_idx, &Arc::new(tile));
+            self.tiles_fetched
+                .fetch_add(u64::from(is_new), Ordering::Relaxed);
+        }
+    }
+
+    /// Reads a tile, and says whether it became resident by that.
+    fn load(
+        &self,
+        slot_idx: u32,
+        load: impl FnOnce() -> Option<Tile>,
+    ) -> Option<(Arc<Tile>, bool)> {
         let tile = Arc::new(load()?);
         self.tiles_loaded.fetch_add(1, Ordering::Relaxed);
         self.bytes_read
             .fetch_add(tile.0.len() as u64, Ordering::Relaxed);
-        self.insert(slot_idx, &tile);
-        Some(Guard::from_inner(Some(tile)))
+        let is_new = self.insert(slot_idx, &tile);
+        Some((tile, is_new))
     }
 
     pub(crate) fn stats(&self) -> TextureStats {
         let clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
         TextureStats {
             tiles_loaded: self.tiles_loaded.load(Ordering::Relaxed),
+            tiles_fetched: self.tiles_fetched.load(Ordering::Relaxed),
+            lookup_wait: Duration::from_nanos(self.lookup_wait_ns.load(Ordering::Relaxed)),
             bytes_resident: clock.bytes,
             bytes_peak: clock.bytes_peak,
             bytes_read: self.bytes_read.load(Ordering::Relaxed),
@@ -107,16 +155,17 @@ impl TileCache {
         }
     }
 
-    fn insert(&self, slot_idx: u32, tile: &Arc<Tile>) {
+    /// Keeps a tile; false if it is too large, or there already.
+    fn insert(&self, slot_idx: u32, tile: &Arc<Tile>) -> bool {
         let n_bytes = tile.0.len() as u64;
         if n_bytes > self.budget_bytes {
-            return;
+            return false;
         }
         let mut clock = self.clock.lock().unwrap_or_else(PoisonError::into_inner);
         let slot = &self.slots[slot_idx as usize];
         // Another thread may have read the same tile meanwhile.
         if slot.tile.load().is_some() {
-            return;
+            return false;
         }
         self.make_room(&mut clock, n_bytes);
         slot.tile.store(Some(Arc::clone(tile)));
@@ -124,6 +173,7 @@ impl TileCache {
         clock.resident.push_back(slot_idx);
         clock.bytes += n_bytes;
         clock.bytes_peak = clock.bytes_peak.max(clock.bytes);
+        true
     }
 
     /// Evicts until `n_bytes` fit; a slot used since the hand last passed gets a second chance.
@@ -179,6 +229,24 @@ mod tests {
         assert!(load_10(&cache, 0) && load_10(&cache, 0));
         assert_eq!(cache.stats().bytes_peak, 0);
         assert_eq!(cache.stats().bytes_read, 20);
+    }
+
+    #[test]
+    fn what_was_fetched_costs_lookups_nothing() {
+        let cache = TileCache::new(3, 100);
+        let tile = || Some(Tile(Box::new([7; 10])));
+        cache.fetch(0, tile);
+        cache.fetch(0, || unreachable!("it is resident"));
+        cache.take_in(1, Tile(Box::new([8; 10])));
+        cache.fetch(2, || None);
+        assert!([0, 1].iter().all(|&slot_idx| cache.is_resident(slot_idx)));
+        assert!(!cache.is_resident(2));
+        assert!(!load_10(&cache, 0) && !load_10(&cache, 1));
+        let stats = cache.stats();
+        assert_eq!((stats.tiles_fetched, stats.tiles_loaded), (2, 1));
+        assert_eq!(stats.lookup_wait, Duration::ZERO);
+        assert!(load_10(&cache, 2));
+        assert!(cache.stats().lookup_wait > Duration::ZERO);
     }
 
     #[test]

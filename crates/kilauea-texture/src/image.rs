@@ -99,23 +99,48 @@ impl Image {
         self.levels.last().map_or(0, Level::end_slot)
     }
 
+    /// Whether its tiles cannot be read.
+    pub(crate) fn has_failed(&self) -> bool {
+        self.failed.load(Ordering::Relaxed)
+    }
+
+    /// The level and the address of the tile with that slot, which is one of its own.
+    pub(crate) fn find(&self, slot: u32) -> Option<(&Level, TileAddress)> {
+        let after = self
+            .levels
+            .partition_point(|level| level.first_slot <= slot);
+        let level = self.levels.get(after.checked_sub(1)?)?;
+        let number = slot - level.first_slot;
+        let address = TileAddress {
+            slot,
+            tile_x: number % level.n_tiles_x,
+            tile_y: number / level.n_tiles_x,
+        };
+        (slot < level.end_slot()).then_some((level, address))
+    }
+
+    /// Bytes of a tile's texels.
+    pub(crate) fn tile_bytes(&self, level: &Level, address: TileAddress) -> usize {
+        let (width, height) = level.tile_size(address);
+        width as usize * height as usize * self.format.n_bytes()
+    }
+
     /// Reads a tile; an error is returned the first time only, none later.
     pub(crate) fn read_tile(
         &self,
         level: &Level,
         address: TileAddress,
     ) -> Result<Tile, Option<TextureError>> {
-        if self.failed.load(Ordering::Relaxed) {
+        if self.has_failed() {
             return Err(None);
         }
         let texel_bytes = self.format.n_bytes() as u64;
-        let (width, height) = level.tile_size(address);
+        let (_, height) = level.tile_size(address);
         // Tiles before this one: whole rows of tiles, then those to the left, which are all as
         // high as this one.
         let texels_before = u64::from(address.tile_y * TILE_SIZE) * u64::from(level.width)
             + u64::from(address.tile_x * TILE_SIZE) * u64::from(height);
-        let n_bytes = u64::from(width * height) * texel_bytes;
-        let mut texels = vec![0; n_bytes as usize].into_boxed_slice();
+        let mut texels = vec![0; self.tile_bytes(level, address)].into_boxed_slice();
         let read = self.with_file(|file| {
             file.read_exact_at(&mut texels, level.offset + texels_before * texel_bytes)
         });

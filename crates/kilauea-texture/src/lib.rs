@@ -32,10 +32,12 @@ mod cache;
 mod error;
 mod header;
 mod image;
+mod lookup;
 mod store;
 #[cfg(test)]
 mod testing;
 mod texel;
+mod tiles;
 mod wrap;
 
 pub use cache::TextureStats;
@@ -43,3 +45,4 @@ pub use error::TextureError;
 pub use header::TILE_SIZE;
 pub use kilauea_scene::Wrap;
 pub use store::{LevelTexels, TextureStore};
+pub use tiles::TileId;

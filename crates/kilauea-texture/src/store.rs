@@ -6,12 +6,12 @@ use kilauea_scene::{TextureSource, Wrap};
 
 use crate::cache::{HeldTile, TileCache};
 use crate::image::{Image, Level};
-use crate::wrap::{is_black, wrap_index};
+use crate::lookup::{Place, Taps};
 use crate::{TextureError, TextureStats};
 
 const FIRST_UDIM: u32 = 1001;
-const N_UDIM_COLUMNS: u32 = 10;
-const N_UDIMS: u32 = 100;
+pub(crate) const N_UDIM_COLUMNS: u32 = 10;
+pub(crate) const N_UDIMS: u32 = 100;
 const NO_IMAGE: u32 = u32::MAX;
 
 /// All images of a scene, for lookup from any number of threads.
@@ -21,15 +21,15 @@ const NO_IMAGE: u32 = u32::MAX;
 /// error is kept for [`TextureStore::take_errors`].
 #[derive(Debug)]
 pub struct TextureStore {
-    textures: Vec<Texture>,
-    images: Vec<Image>,
-    cache: TileCache,
+    pub(crate) textures: Vec<Texture>,
+    pub(crate) images: Vec<Image>,
+    pub(crate) cache: TileCache,
     /// At most one per image.
     read_errors: Mutex<Vec<TextureError>>,
 }
 
 #[derive(Debug)]
-enum Texture {
+pub(crate) enum Texture {
     Missing,
     Plain(u32),
     /// Image of each tile, or `NO_IMAGE`.
@@ -100,28 +100,9 @@ impl TextureStore {
     /// each is clamped at its border. `Wrap::Black` is transparent black outside [0, 1] and
     /// clamped inside.
     pub fn sample(&self, texture: u32, st: Vec2, width: f32, wrap: [Wrap; 2]) -> Option<[f32; 4]> {
-        // Keeps texel indices far inside `i64`; NaN is looked up at 0.
-        let bounded = |x: f32| if x.is_nan() { 0.0 } else { x.clamp(-1e9, 1e9) };
-        let st = Vec2::new(bounded(st.x), bounded(st.y));
-        match self.textures.get(texture as usize)? {
-            Texture::Missing => None,
-            Texture::Plain(image) => {
-                if is_black(st.x, wrap[0]) || is_black(st.y, wrap[1]) {
-                    return Some([0.0; 4]);
-                }
-                self.filtered(&self.images[*image as usize], st, width, wrap)
-            }
-            Texture::Udim(images) => {
-                let tile = st.floor();
-                let columns = 0.0..N_UDIM_COLUMNS as f32;
-                let rows = 0.0..(N_UDIMS / N_UDIM_COLUMNS) as f32;
-                if !columns.contains(&tile.x) || !rows.contains(&tile.y) {
-                    return None;
-                }
-                let image = images[tile.y as usize * N_UDIM_COLUMNS as usize + tile.x as usize];
-                let image = self.images.get(image as usize)?;
-                self.filtered(image, st - tile, width, [Wrap::Clamp; 2])
-            }
+        match self.place(texture, st, wrap)? {
+            Place::Black => Some([0.0; 4]),
+            Place::Image { image, st, wrap } => self.filtered(image, st, width, wrap),
         }
     }
 
@@ -193,15 +174,7 @@ impl TextureStore {
     }
 
     fn filtered(&self, image: &Image, st: Vec2, width: f32, wrap: [Wrap; 2]) -> Option<[f32; 4]> {
-        let finest = image.levels[0];
-        let width_texels = width * finest.width.max(finest.height) as f32;
-        if width_texels.is_nan() || width_texels <= 1.0 {
-            return self.bilinear(image, &finest, st, wrap);
-        }
-        let coarsest = image.levels.len() - 1;
-        let lod = width_texels.log2().min(coarsest as f32);
-        let fine = (lod as usize).min(coarsest);
-        let fraction = lod - fine as f32;
+        let (fine, fraction) = image.mip_level(width);
         let a = self.bilinear(image, &image.levels[fine], st, wrap)?;
         if fraction == 0.0 {
             return Some(a);
@@ -217,14 +190,11 @@ impl TextureStore {
         st: Vec2,
         wrap: [Wrap; 2],
     ) -> Option<[f32; 4]> {
-        let (x0, fx) = texel_position(st.x, level.width);
-        let (y0, fy) = texel_position(st.y, level.height);
-        let columns = [x0, x0 + 1].map(|x| wrap_index(x, level.width, wrap[0]));
-        let rows = [y0, y0 + 1].map(|y| wrap_index(y, level.height, wrap[1]));
+        let taps = Taps::new(level, st, wrap);
         let mut sum = [0.0; 4];
         let mut held: Option<(u32, HeldTile)> = None;
-        for (row, weight_y) in rows.into_iter().zip([1.0 - fy, fy]) {
-            for (column, weight_x) in columns.into_iter().zip([1.0 - fx, fx]) {
+        for (row, weight_y) in taps.rows {
+            for (column, weight_x) in taps.columns {
                 let weight = weight_x * weight_y;
                 let (address, idx) = level.locate(column, row);
                 let tile = match held {
@@ -245,7 +215,7 @@ impl TextureStore {
         Some(sum)
     }
 
-    fn report<T>(&self, result: Result<T, Option<TextureError>>) -> Option<T> {
+    pub(crate) fn report<T>(&self, result: Result<T, Option<TextureError>>) -> Option<T> {
         result
             .map_err(|error| {
                 if let Some(error) = error {
@@ -274,14 +244,6 @@ impl Texture {
             *self = Self::Udim(images);
         }
     }
-}
-
-/// The texel whose centre is at or before `s`, and how far `s` is towards the next one.
-#[inline]
-fn texel_position(s: f32, size: u32) -> (i64, f32) {
-    let x = s * size as f32 - 0.5;
-    let x0 = x.floor();
-    (x0 as i64, x - x0)
 }
 
 #[cfg(test)]

@@ -148,6 +148,12 @@ impl Folder {
         }
     }
 
+    pub(crate) fn remove_files(&self) {
+        for entry in fs::read_dir(&self.0).unwrap() {
+            fs::remove_file(entry.unwrap().path()).unwrap();
+        }
+    }
+
     fn write_file(&self, udim: u32, file: &TileFile) -> TextureFile {
         static N_FILES: AtomicU32 = AtomicU32::new(0);
         let number = N_FILES.fetch_add(1, Ordering::Relaxed);

@@ -20,7 +20,6 @@ from kilauea.arguments import (
 )
 from kilauea.errors import KilaueaError, UsageError
 
-_NOT_BUILT_YET = ("worker",)
 _FLAGS_NOT_BUILT_YET = ("denoise",)
 
 
@@ -46,8 +45,6 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(argv: list[str]) -> int:
     command = argv[0] if argv else ""
-    if command in _NOT_BUILT_YET:
-        raise UsageError(f"{command} is not built yet")
     parser = _parser(command)
     dropped: list[str] = []
     subparser = parser.commands.get(command)
@@ -98,6 +95,7 @@ def _parser(command: str) -> _MainParser:
     console = add("console", _console, "keep a stage open and render it by command")
     if command == "console":
         _optional("kilauea.console", "console").add_arguments(console)
+    add("worker", _worker, "render for a console, whose ticket is on standard input")
     bench = add("bench", _bench, "measure speed and error")
     if command == "bench":
         _optional("kilauea.bench", "bench").add_arguments(bench)
@@ -107,9 +105,12 @@ def _parser(command: str) -> _MainParser:
 def _render(args: argparse.Namespace) -> int:
     from kilauea import shot
 
-    for flag in ("workers", "cluster"):
-        if getattr(args, flag) is not None:
-            raise UsageError(f"--{flag} is not built yet")
+    if args.cluster is not None:
+        raise UsageError("--cluster is not built yet")
+    if args.resume and args.workers is None:
+        raise UsageError("--resume goes on from what workers left: it needs --workers")
+    if args.workers is not None and args.shading not in (None, "inline"):
+        raise UsageError(f"workers render with --shading inline, not {args.shading}")
     for flag in _FLAGS_NOT_BUILT_YET:
         if getattr(args, flag):
             request.print_warning(f"--{flag} is not built yet: ignored")
@@ -118,6 +119,12 @@ def _render(args: argparse.Namespace) -> int:
 
 def _console(args: argparse.Namespace) -> int:
     return _optional("kilauea.console", "console").main(args)
+
+
+def _worker(_args: argparse.Namespace) -> int:
+    from kilauea import worker
+
+    return worker.main()
 
 
 def _translate(args: argparse.Namespace) -> int:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from kilauea import interrupt
+from kilauea import interrupt, worker
 from kilauea.clock import process_age
 from kilauea.errors import KilaueaError
 from kilauea.output import write_text
@@ -41,6 +41,7 @@ DEFAULTS: dict[str, Any] = {
 """As in `kilauea_scene::RenderSettings`."""
 
 MAX_CHUNK_TRIANGLES = 65536
+JOURNAL_SUFFIX = ".journal"
 _POLL_SECS = 0.1
 _SHORTEST_LIMIT_SECS = 0.001
 _WRITE_SECS_PER_PIXEL = 1.5e-6
@@ -66,6 +67,10 @@ class RenderOptions:
     verbosity: int = 2
     alfred: bool = False
     """Print `ALF_PROGRESS` lines."""
+    workers: int | None = None
+    """Render in so many processes, of which each has `settings.threads`."""
+    resume: bool = False
+    """Keep what workers have rendered beside the first output, and go on from what is there."""
 
 
 def native() -> Any:
@@ -97,7 +102,9 @@ def build_scene(frame: Frame, options: RenderOptions) -> Any:
     """
     engine = native()
     try:
-        return interrupt.run(lambda: engine.build_scene(frame, build_options(frame, options)))
+        # Workers build what they trace.
+        make = engine.build_scene if options.workers is None else engine.assemble_scene
+        return interrupt.run(lambda: make(frame, build_options(frame, options)))
     except (engine.SceneError, engine.RenderError) as error:
         raise KilaueaError(str(error)) from None
 
@@ -141,7 +148,7 @@ def render_frame(
             "warnings": warnings + [f"missing: {m}" for m in frame.missing],
         }
         settings = settings_record(frame, options)
-        job = scene.render(json.dumps(settings), json.dumps(metadata))
+        job = scene.render(json.dumps(settings), json.dumps(metadata), *_sharing(options))
         wait(job, Progress(options.verbosity >= 2, options.alfred))
         stats = interrupt.run(lambda: json.loads(job.finish(options.outputs)), interrupt.GRACE_SECS)
     except (engine.SceneError, engine.RenderError) as error:
@@ -150,6 +157,15 @@ def render_frame(
     if options.stats_file:
         write_text(Path(options.stats_file), json.dumps(stats, indent=2) + "\n")
     return stats
+
+
+def _sharing(options: RenderOptions) -> list[str]:
+    """Return how the work is shared out, where other processes do it."""
+    if options.workers is None:
+        return []
+    journal = options.outputs[0] + JOURNAL_SUFFIX if options.resume else None
+    sharing = {"n_workers": options.workers, "command": worker.COMMAND, "journal": journal}
+    return [json.dumps(sharing)]
 
 
 def summary(stats: dict[str, Any], outputs: list[str]) -> str:

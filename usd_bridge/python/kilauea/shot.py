@@ -22,7 +22,7 @@ class Made:
         self._frame: Frame | None = None
         self._frame_options: Any = None
         self._scene: Any = None
-        self._scene_options = ""
+        self._scene_options: Any = None
 
     def forget(self) -> None:
         """Let go of both."""
@@ -40,7 +40,7 @@ class Made:
 
     def scene(self, frame: Frame, options: RenderOptions) -> Any:
         """Build what it takes to trace the last frame, if it was not built that way."""
-        wanted = build_options(frame, options)
+        wanted = (build_options(frame, options), options.workers is None)
         if self._scene is None or wanted != self._scene_options:
             self._scene = None
             self._scene = build_scene(frame, options)
@@ -95,6 +95,8 @@ def render(
             load_secs=load_secs,
             verbosity=verbosity,
             alfred="a" in letters,
+            workers=args.workers,
+            resume=args.resume,
         )
         stats = render_frame(frame, options, made.scene)
         said = {*frame.warnings, *frame.notes}

@@ -1,4 +1,5 @@
 //! Random scenes of all kinds of primitives, and a plain tracer of them in `f64`.
+#![allow(dead_code, reason = "each user of this module needs a part of it")]
 
 use super::shapes::Random;
 use kilauea_accel::{

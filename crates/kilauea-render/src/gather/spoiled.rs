@@ -16,6 +16,7 @@ use crate::conditions::Conditions;
 use crate::frame::Frame;
 use crate::integrator::{Guide, Guided, Media, MediumStack, Unguided};
 use crate::statistics::lights::{RECT, light};
+
 use crate::{PrepareOptions, PreparedScene};
 
 const N_SEEDS: u32 = 16;

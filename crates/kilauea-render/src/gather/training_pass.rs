@@ -8,11 +8,11 @@ use kilauea_spot::{Context, Program};
 use crate::follow::Follow;
 use crate::frame::Frame;
 use crate::integrator::{
-    Answer, Guide, Media, PathTrail, Question, RayCounts, Training, Unmerged, light, n_rays,
+    Answer, Guide, Media, PathTrail, Question, RayTally, Training, Unmerged, n_rays,
 };
 use crate::program::StopOnPanic;
 use crate::sampler::SamplerTables;
-use crate::samples::{PixelSampler, SampledPixel};
+use crate::samples::{PixelSampler, SampleStart, SampledPixel};
 
 /// Apart from all seeds of pictures.
 const TRAINING_SEED: u32 = 0x7472_6169;
@@ -80,7 +80,7 @@ pub(super) struct TrainingPaths<'f, const CUTOUTS: bool, M> {
 pub(super) struct Trained {
     pub(super) records: Vec<GatherRecord>,
     pub(super) samples: Vec<PictureSample>,
-    pub(super) counts: RayCounts,
+    pub(super) counts: RayTally,
 }
 
 impl<const CUTOUTS: bool, M: Media> Follow for TrainingPaths<'_, CUTOUTS, M> {
@@ -100,12 +100,12 @@ impl<const CUTOUTS: bool, M: Media> Follow for TrainingPaths<'_, CUTOUTS, M> {
         let mut trail = PathTrail::default();
         integrator.guide.begin(&mut trail, pixel.position);
         for sample_idx in 0..self.grid.samples_per_block {
-            let (ray, start) = self.sampler.start(&pixel, sample_idx);
+            let SampleStart { ray, sampler, .. } = self.sampler.start(&pixel, sample_idx);
             let n_rays_before = n_rays(&trained.counts);
             let out = integrator
                 .trace(
                     integrator.start(ray),
-                    &start.sampler,
+                    sampler,
                     &mut trained.counts,
                     &mut trail,
                     cx,
@@ -114,7 +114,7 @@ impl<const CUTOUTS: bool, M: Media> Follow for TrainingPaths<'_, CUTOUTS, M> {
             trail.end(&out, &mut trained.records);
             trained.samples.push(PictureSample {
                 pixel: pixel.position,
-                luminance: light(&out).luminance(),
+                luminance: out.light().luminance(),
                 n_rays: (n_rays(&trained.counts) - n_rays_before) as f32,
             });
         }

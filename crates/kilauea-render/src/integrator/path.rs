@@ -2,11 +2,9 @@
 //! (Kajiya 1986; Veach & Guibas 1995).
 
 use kilauea_accel::{Hit, Ray};
-use kilauea_film::PixelSample;
 use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_spot::{Context, Program};
 use kilauea_texture::TextureStore;
-use serde::{Deserialize, Serialize};
 use std::marker::PhantomData;
 use std::pin::pin;
 
@@ -16,7 +14,9 @@ use super::fault::{Step, Unwatched, Watch};
 use super::guide::{Guide, Unguided};
 use super::media::{Media, is_hidden};
 use super::merge::{Merge, Unmerged};
+use super::path_sample::PathSample;
 use super::question::{Answer, Question};
+use super::ray_counts::RayTally;
 use super::shade::PathShade;
 use super::throughput::Throughput;
 use super::walk::{Path, Vertex};
@@ -58,32 +58,6 @@ pub(crate) struct PathIntegrator<
     pub blame: &'a Blame,
     /// Sees the values of paths.
     pub watch: W,
-}
-
-/// Rays traced, by purpose.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RayCounts {
-    /// From the camera.
-    pub camera: u64,
-    /// Toward lights.
-    pub shadow: u64,
-    /// Scattered.
-    pub indirect: u64,
-    /// Of all these, those that could not be traced.
-    pub invalid: u64,
-    /// Paths that were in more media at once than they can carry.
-    pub in_too_many_media: u64,
-}
-
-impl RayCounts {
-    /// Adds the rays of others.
-    pub(crate) fn add(&mut self, other: Self) {
-        self.camera += other.camera;
-        self.shadow += other.shadow;
-        self.indirect += other.indirect;
-        self.invalid += other.invalid;
-        self.in_too_many_media += other.in_too_many_media;
-    }
 }
 
 impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PathIntegrator<'a, CUTOUTS, M, G, X> {
@@ -140,8 +114,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         }
     }
 
-    /// Radiance along a path, and what the first surface there is like; `z` is the distance along
-    /// the ray.
+    /// Radiance along a path, and what the first surface there is like.
     ///
     /// What rays meet is asked of `cx`; all else is done here. A shader ends before the path that
     /// it asked for: each turn of the loop is the rest of the shade before.
@@ -152,11 +125,11 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
     pub(crate) fn trace<P, C>(
         &self,
         mut path: Path<M, X::Eye>,
-        sampler: &Sampler<'_>,
-        counts: &mut RayCounts,
+        sampler: Sampler<'_>,
+        counts: &mut RayTally,
         trail: &mut G::Trail,
         cx: &C,
-    ) -> impl Future<Output = PixelSample>
+    ) -> impl Future<Output = PathSample>
     where
         P: Program<Question = Question, Answer = Answer>,
         C: Context<P>,
@@ -165,9 +138,9 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             path.ray.origin.is_finite() && path.ray.dir.is_finite()
         });
         counts.camera += 1;
-        let mut next = Some(cx.ask(Question::closest::<CUTOUTS>(&path.ray, sampler, 0)));
+        let mut next = Some(cx.ask(Question::closest::<CUTOUTS>(&path.ray, &sampler, 0)));
         async move {
-            let mut out = PixelSample::default();
+            let mut out = PathSample::new();
             let mut depth = 0;
             while let Some(asked) = &mut next {
                 let (hit, met) = asked.await.hit();
@@ -177,8 +150,15 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                 let Some(hit) = hit else { break };
                 if let Some(ray) = self.pass_hidden_boundary(&mut path, &hit, carried) {
                     counts.indirect += 1;
-                    next = Some(cx.ask(Question::closest::<CUTOUTS>(&ray, sampler, depth)));
+                    next = Some(cx.ask(Question::closest::<CUTOUTS>(&ray, &sampler, depth)));
                     continue;
+                }
+                if C::WAITS && self.needs.textures {
+                    let absent = self.absent_tiles(&path, (&hit, carried));
+                    if !absent.is_empty() {
+                        // In a box, as room for it would be in the state of every path.
+                        Box::pin(self.bring_tiles(absent, &path, (&hit, carried), cx)).await;
+                    }
                 }
                 let (vertex, knowledge) = self.arrive(&mut out, &mut path, depth, (&hit, carried));
                 if depth == self.max_depth {
@@ -194,7 +174,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                         path: &mut path,
                         knowledge,
                         trail: &mut *trail,
-                        sampler,
+                        sampler: &sampler,
                         counts,
                         out: &mut out,
                         next: &mut next,
@@ -220,14 +200,9 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                 }
                 depth += 1;
             }
-            counts.in_too_many_media += u64::from(path.media.has_overflowed());
-            out.beauty = out.emission
-                + out.direct_diffuse
-                + out.direct_specular
-                + out.indirect_diffuse
-                + out.indirect_specular;
+            counts.in_too_many_media += u32::from(path.media.has_overflowed());
             self.watch
-                .see(Step::Sum, self.max_depth, None, || out.beauty.is_finite());
+                .see(Step::Sum, self.max_depth, None, || out.light().is_finite());
             out
         }
     }
@@ -237,18 +212,18 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
     #[inline(always)]
     fn meet(
         &self,
-        out: &mut PixelSample,
+        out: &mut PathSample,
         path: &Path<M, X::Eye>,
         depth: u32,
         hit: Option<Hit>,
-        counts: &mut RayCounts,
+        counts: &mut RayTally,
     ) -> Option<Hit> {
         let hit = hit.map(|hit| path.media.since_departure(hit));
         let t_end = hit.map_or(path.ray.t_max, |h| h.t);
         self.add_area_lights(out, path, depth, t_end);
         if hit.is_none() {
             // Only what hits nothing can be invalid, so that the others need no look.
-            counts.invalid += u64::from(!path.ray.is_valid());
+            counts.invalid += u32::from(!path.ray.is_valid());
             self.add_infinite_lights(out, path, depth);
         }
         hit
@@ -258,7 +233,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
     #[inline]
     fn add_area_lights(
         &self,
-        out: &mut PixelSample,
+        out: &mut PathSample,
         path: &Path<M, X::Eye>,
         depth: u32,
         t_end: f32,
@@ -281,7 +256,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
 
     /// Adds the light of what surrounds the scene.
     #[inline]
-    fn add_infinite_lights(&self, out: &mut PixelSample, path: &Path<M, X::Eye>, depth: u32) {
+    fn add_infinite_lights(&self, out: &mut PathSample, path: &Path<M, X::Eye>, depth: u32) {
         if !self.needs.infinite_lights {
             return;
         }
@@ -332,7 +307,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
     #[inline(always)]
     fn arrive<'s>(
         &self,
-        out: &mut PixelSample,
+        out: &mut PathSample,
         path: &mut Path<M, X::Eye>,
         depth: u32,
         (hit, carried): (&Hit, Option<&'s Carried>),
@@ -370,8 +345,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             }
         }
         if depth == 0 {
-            out.alpha = 1.0;
-            out.z = hit.t;
+            out.t = hit.t;
             if self.needs.surface_layers {
                 self.describe_surface(out, interaction);
             }
@@ -388,7 +362,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         });
     }
 
-    fn describe_surface(&self, out: &mut PixelSample, interaction: &Interaction<'_>) {
+    fn describe_surface(&self, out: &mut PathSample, interaction: &Interaction<'_>) {
         let (prim_id, instance_id) = self.geometry.ids(interaction.at);
         out.n = interaction.surface.ns;
         out.p = interaction.surface.p;
@@ -397,7 +371,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
     }
 
     #[inline]
-    fn interaction<'s>(
+    pub(super) fn interaction<'s>(
         &self,
         (hit, carried): (&Hit, Option<&'s Carried>),
         ray: &Ray,

@@ -3,11 +3,13 @@
 use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_math::Vec3;
 use kilauea_spot::{Wire, WireError};
+use kilauea_texture::TileId;
 
 use crate::geometry::Carried;
 use crate::sampler::Sampler;
 
-/// A ray. `key` decides at surfaces that let some rays pass; 0 where there are none.
+/// Most are about a ray, whose `key` decides at surfaces that let some rays pass; 0 where there are
+/// none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Question {
     /// What does it hit first?
@@ -18,6 +20,8 @@ pub(crate) enum Question {
         key: u32,
         least_priority: i8,
     },
+    /// The tile of a texture is to be brought to where it is looked up.
+    Tile(TileId),
 }
 
 /// The answer to a [`Question`] of the same kind.
@@ -27,6 +31,8 @@ pub(crate) enum Answer {
     /// The closest hit is on a primitive that lies elsewhere.
     Met(Box<Met>),
     Occluded(bool),
+    /// Its texels, where those who answer have a memory of their own.
+    Tile(Option<Box<[u8]>>),
 }
 
 /// A hit on a primitive that lies elsewhere, and what is needed of that.
@@ -81,7 +87,7 @@ impl Answer {
         match self {
             Self::Closest(hit) => (hit, None),
             Self::Met(met) => (Some(met.hit), Some(met)),
-            Self::Occluded(_) => panic!("asked for a hit, told of an occlusion"),
+            other => panic!("asked for a hit, told of {other:?}"),
         }
     }
 
@@ -93,7 +99,18 @@ impl Answer {
     pub(super) fn is_occluded(self) -> bool {
         match self {
             Self::Occluded(is_occluded) => is_occluded,
-            Self::Closest(_) | Self::Met(_) => panic!("asked for an occlusion, told of a hit"),
+            other => panic!("asked for an occlusion, told of {other:?}"),
+        }
+    }
+
+    /// The texels of a tile, where they are not in memory yet.
+    ///
+    /// # Panics
+    /// If another question was answered.
+    pub(super) fn texels(self) -> Option<Box<[u8]>> {
+        match self {
+            Self::Tile(texels) => texels,
+            other => panic!("asked for a tile, told of {other:?}"),
         }
     }
 }
@@ -101,12 +118,18 @@ impl Answer {
 const CLOSEST: u8 = 0;
 const OCCLUDED: u8 = 1;
 const MET: u8 = 2;
+const TILE: u8 = 3;
 
 impl Wire for Question {
     fn encode(&self, bytes: &mut Vec<u8>) {
         let (kind, ray, key) = match self {
             Self::Closest { ray, key } => (CLOSEST, ray, key),
             Self::Occluded { ray, key, .. } => (OCCLUDED, ray, key),
+            Self::Tile(tile) => {
+                TILE.encode(bytes);
+                tile.0.encode(bytes);
+                return;
+            }
         };
         kind.encode(bytes);
         ray.origin.to_array().encode(bytes);
@@ -121,6 +144,9 @@ impl Wire for Question {
 
     fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
         let kind = u8::decode(bytes)?;
+        if kind == TILE {
+            return Ok(Self::Tile(TileId(u32::decode(bytes)?)));
+        }
         let origin = Vec3::from_array(Wire::decode(bytes)?);
         let dir = Vec3::from_array(Wire::decode(bytes)?);
         let [t_min, t_max, time] = Wire::decode(bytes)?;
@@ -164,6 +190,10 @@ impl Wire for Answer {
                 OCCLUDED.encode(bytes);
                 is_occluded.encode(bytes);
             }
+            Self::Tile(texels) => {
+                TILE.encode(bytes);
+                texels.encode(bytes);
+            }
         }
     }
 
@@ -176,6 +206,7 @@ impl Wire for Answer {
                 carried: Carried::decode(bytes)?,
             }))),
             OCCLUDED => Ok(Self::Occluded(bool::decode(bytes)?)),
+            TILE => Ok(Self::Tile(Wire::decode(bytes)?)),
             other => Err(WireError::Variant(other)),
         }
     }
@@ -203,11 +234,11 @@ fn decode_hit(bytes: &mut &[u8]) -> Result<Hit, WireError> {
 mod tests {
     use super::*;
 
-    fn check<T: Wire + PartialEq + std::fmt::Debug>(value: T) {
+    fn check<T: Wire + PartialEq + std::fmt::Debug>(value: &T) {
         let mut bytes = Vec::new();
         value.encode(&mut bytes);
         let mut rest = bytes.as_slice();
-        assert_eq!(T::decode(&mut rest), Ok(value));
+        assert_eq!(T::decode(&mut rest).as_ref(), Ok(value));
         assert!(rest.is_empty());
         for end in 0..bytes.len() {
             assert_eq!(T::decode(&mut &bytes[..end]), Err(WireError::Short));
@@ -224,20 +255,23 @@ mod tests {
             visibility: Visibility::SHADOW,
             ..Ray::new(Vec3::new(1.0, -0.0, 3.0), Vec3::new(0.0, 1e-40, -2.0))
         };
-        check(Question::Closest { ray, key: 7 });
-        check(Question::Occluded {
+        check(&Question::Closest { ray, key: 7 });
+        check(&Question::Occluded {
             ray,
             key: u32::MAX,
             least_priority: -100,
         });
-        check(Answer::Closest(None));
-        check(Answer::Closest(Some(Hit {
+        check(&Answer::Closest(None));
+        check(&Answer::Closest(Some(Hit {
             t: 1.5,
             u: 0.25,
             v: 0.5,
             primitive: 3,
             instance: 4,
         })));
-        check(Answer::Occluded(true));
+        check(&Answer::Occluded(true));
+        check(&Question::Tile(TileId(1 << 20)));
+        check(&Answer::Tile(None));
+        check(&Answer::Tile(Some([3, 0, 7].into())));
     }
 }

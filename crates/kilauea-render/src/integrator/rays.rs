@@ -1,10 +1,10 @@
-//! Answers what paths ask, where the geometry is.
+//! Answers what paths ask, where the geometry and the files are.
 
 use kilauea_accel::{Hit, Ray};
 use kilauea_math::Vec2;
 use kilauea_math::hash::{combine, unit_f32};
 use kilauea_spot::{Answerer, Program};
-use kilauea_texture::TextureStore;
+use kilauea_texture::{TextureStore, TileId};
 
 use super::blame::Blame;
 use super::media::is_hidden;
@@ -22,8 +22,10 @@ use crate::set::{Asker, Broadcast};
 pub(crate) struct RayTracer<'a, const CUTOUTS: bool> {
     /// Surfaces.
     pub geometry: &'a Geometry,
-    /// Images, for what depends on opacity.
+    /// Images, for what depends on opacity, and for those who ask for their tiles.
     pub textures: &'a TextureStore,
+    /// Whether those who ask have a memory of their own, so that tiles are sent to them.
+    pub sends_texels: bool,
     /// Where a shader that panics leaves its name.
     pub blame: &'a Blame,
     /// Who holds the surfaces that rays meet, if they are not here.
@@ -37,6 +39,10 @@ where
     #[inline]
     fn answer(&self, question: Question) -> Answer {
         self.answer_to(question)
+    }
+
+    fn is_slow(&self, question: &Question) -> bool {
+        matches!(question, Question::Tile(_))
     }
 }
 
@@ -62,6 +68,7 @@ impl<'a, const CUTOUTS: bool> RayTracer<'a, CUTOUTS> {
         Self {
             geometry,
             textures,
+            sends_texels: false,
             blame,
             set: None,
         }
@@ -86,11 +93,21 @@ impl<'a, const CUTOUTS: bool> RayTracer<'a, CUTOUTS> {
                 key,
                 least_priority,
             } => Answer::Occluded(self.is_occluded(&ray, key, least_priority)),
+            Question::Tile(tile) => Answer::Tile(self.bring(tile)),
         }
     }
-}
 
-impl<const CUTOUTS: bool> RayTracer<'_, CUTOUTS> {
+    /// Brings a tile to where it was asked for. What cannot be read is left to the lookup that needs
+    /// it, which does without.
+    #[cold]
+    fn bring(&self, tile: TileId) -> Option<Box<[u8]>> {
+        if self.sends_texels {
+            return self.textures.read_texels(tile);
+        }
+        self.textures.fetch(tile);
+        None
+    }
+
     #[inline]
     fn closest(&self, ray: &Ray, key: u32) -> Option<Hit> {
         let accel = self.geometry.accel();

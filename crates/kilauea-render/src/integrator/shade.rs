@@ -2,11 +2,9 @@
 
 use kilauea_accel::{Ray, Visibility};
 use kilauea_bsdf::SeenBsdf;
-use kilauea_film::PixelSample;
-use kilauea_math::Spectrum;
+use kilauea_math::PackedSpectrum;
 use kilauea_shading::{Scattered, Shade, Surface};
 use kilauea_spot::{Context, Program};
-use std::future::ready;
 use std::marker::PhantomData;
 use std::pin::Pin;
 use std::task::{self, Poll};
@@ -15,8 +13,11 @@ use super::fault::{Step, Watch};
 use super::guide::{Guide, Knowledge};
 use super::media::Media;
 use super::merge::Merge;
-use super::path::{PathIntegrator, RayCounts};
+use super::path::PathIntegrator;
+use super::path_light::PathLight;
+use super::path_sample::PathSample;
 use super::question::{Answer, Question};
+use super::ray_counts::RayTally;
 use super::walk::{Path, Vertex, power_heuristic};
 use crate::sampler::{Purpose, Sampler};
 
@@ -38,8 +39,8 @@ where
     pub(super) knowledge: G::Knowledge,
     pub(super) trail: &'v mut G::Trail,
     pub(super) sampler: &'v Sampler<'v>,
-    pub(super) counts: &'v mut RayCounts,
-    pub(super) out: &'v mut PixelSample,
+    pub(super) counts: &'v mut RayTally,
+    pub(super) out: &'v mut PathSample,
     /// What the path hits next; none where it ends.
     pub(super) next: &'v mut Option<C::Reply>,
     pub(super) cx: &'v C,
@@ -51,8 +52,8 @@ struct DirectLight<R> {
     /// None where there is nothing to wait for.
     occluded: Option<R>,
     /// What lobes scatter of it toward the viewer, if nothing occludes it.
-    diffuse: Spectrum,
-    specular: Spectrum,
+    diffuse: PackedSpectrum,
+    specular: PackedSpectrum,
 }
 
 /// Shadow rays end this much before the light.
@@ -61,8 +62,8 @@ const SHADOW_T_MAX: f32 = 1.0 - 1e-4;
 impl<R> DirectLight<R> {
     const NOTHING: Self = Self {
         occluded: None,
-        diffuse: Spectrum::BLACK,
-        specular: Spectrum::BLACK,
+        diffuse: PackedSpectrum::BLACK,
+        specular: PackedSpectrum::BLACK,
     };
 }
 
@@ -79,8 +80,8 @@ impl<R: Future<Output = Answer> + Unpin> Future for DirectLight<R> {
                 return Scattered::NOTHING;
             }
             Scattered {
-                diffuse: self.diffuse,
-                specular: self.specular,
+                diffuse: self.diffuse.unpack(),
+                specular: self.specular.unpack(),
                 ..Scattered::NOTHING
             }
         })
@@ -121,12 +122,10 @@ where
         let (vertex, knowledge) = (&self.vertex, &self.knowledge);
         let merge = &self.integrator.merge;
         let has_merged = merge.gather(&mut self.path.eye, vertex, bsdf, knowledge);
-        let mut scattered = self.go_on(bsdf);
-        if has_merged {
-            // What photons bring is a part of what the path brings, even if that ends here.
-            scattered.path = Spectrum::ONE;
-        }
-        ready(scattered)
+        let mut light = self.go_on(bsdf);
+        // What photons bring is a part of what the path brings, even if that ends here.
+        light.goes_on |= has_merged;
+        light
     }
 }
 
@@ -199,7 +198,7 @@ where
             .weight_of_connection(eye, &self.vertex, bsdf, &light, hit_pdf)
             .unwrap_or_else(|| power_heuristic(sample.pdf, hit_pdf));
         self.counts.shadow += 1;
-        self.counts.invalid += u64::from(!shadow_ray.is_valid());
+        self.counts.invalid += u32::from(!shadow_ray.is_valid());
         // Smooth lobes reflect, so the light comes through the medium in which the path came.
         let media = &self.path.media;
         let least_priority = media.least_priority(geometry);
@@ -210,38 +209,38 @@ where
             Question::occluded::<CUTOUTS>(&shadow_ray, least_priority, self.sampler, *depth);
         Some(DirectLight {
             occluded: Some(self.cx.ask(question)),
-            diffuse: radiance * diffuse,
-            specular: radiance * specular,
+            diffuse: (radiance * diffuse).into(),
+            specular: (radiance * specular).into(),
         })
     }
 
     /// Chooses where the path goes on and asks what it hits there. All other light is known so far
     /// at once.
     #[inline]
-    fn go_on(&mut self, bsdf: &SeenBsdf) -> Scattered {
+    fn go_on(&mut self, bsdf: &SeenBsdf) -> PathLight {
         let depth = self.vertex.depth;
         let needs = &self.integrator.needs;
         if depth == 0 && needs.surface_layers {
-            self.out.albedo = bsdf.albedo();
+            self.out.albedo = bsdf.albedo().into();
         }
         // All that the last ray could find is light.
         if depth + 1 == self.integrator.max_depth && !needs.met_lights() {
-            return Scattered::NOTHING;
+            return PathLight::NOTHING;
         }
         let (knowledge, trail) = (&self.knowledge, &mut *self.trail);
-        let scattered = self
+        let light = self
             .path
             .scatter::<G>(&self.vertex, bsdf, self.sampler, knowledge, trail);
         self.see_scattered();
-        if scattered.path.is_black() {
-            return scattered;
+        if !light.goes_on {
+            return light;
         }
         let merge = &self.integrator.merge;
         merge.depart(self.path, &self.vertex, bsdf);
         self.counts.indirect += 1;
         let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);
         *self.next = Some(self.cx.ask(question));
-        scattered
+        light
     }
 
     #[inline]
@@ -262,8 +261,8 @@ where
     fn see_scattered(&self) {
         let throughput = &self.path.throughput;
         self.see(Step::BsdfSample, || {
-            let last = throughput.last_diffuse + throughput.last_specular;
-            last.is_finite() && self.path.ray.dir.is_finite()
+            let [diffuse, specular] = throughput.last_by_lobes();
+            (diffuse + specular).is_finite() && self.path.ray.dir.is_finite()
         });
         self.see(Step::Throughput, || {
             throughput.total(self.vertex.depth).is_finite()

@@ -1,41 +1,43 @@
 //! The share of light that a path carries to the camera.
 
-use kilauea_film::PixelSample;
-use kilauea_math::Spectrum;
+use kilauea_math::{PackedSpectrum, Spectrum};
+
+use super::path_sample::PathSample;
 
 /// Throughput, split at the first vertex so that each layer gets its share.
 #[derive(Clone, Copy)]
 pub(super) struct Throughput {
     /// Weights of the first scattering event.
-    first_diffuse: Spectrum,
-    first_specular: Spectrum,
+    first_diffuse: PackedSpectrum,
+    first_specular: PackedSpectrum,
     /// Product of all later events but the last.
-    between: Spectrum,
+    between: PackedSpectrum,
     /// Weights of the last event.
-    pub(super) last_diffuse: Spectrum,
-    pub(super) last_specular: Spectrum,
+    last_diffuse: PackedSpectrum,
+    last_specular: PackedSpectrum,
 }
 
 impl Throughput {
     pub(super) fn start() -> Self {
         Self {
-            first_diffuse: Spectrum::ONE,
-            first_specular: Spectrum::ONE,
-            between: Spectrum::ONE,
-            last_diffuse: Spectrum::ONE,
-            last_specular: Spectrum::BLACK,
+            first_diffuse: PackedSpectrum::ONE,
+            first_specular: PackedSpectrum::ONE,
+            between: PackedSpectrum::ONE,
+            last_diffuse: PackedSpectrum::ONE,
+            last_specular: PackedSpectrum::BLACK,
         }
     }
 
     /// Arrives at the vertex after `depth` events: the last one becomes one of those between.
     pub(super) fn advance(&mut self, depth: u32) {
         if depth >= 2 {
-            self.between *= self.last_diffuse + self.last_specular;
+            self.between *= self.last();
         }
     }
 
     /// Scatters at the vertex after `depth` events.
     pub(super) fn scatter(&mut self, depth: u32, diffuse: Spectrum, specular: Spectrum) {
+        let (diffuse, specular) = (diffuse.into(), specular.into());
         if depth == 0 {
             (self.first_diffuse, self.first_specular) = (diffuse, specular);
         }
@@ -47,18 +49,33 @@ impl Throughput {
         if depth == 0 {
             Spectrum::ONE
         } else {
-            (self.first_diffuse + self.first_specular) * self.between
+            self.first() * self.between.unpack()
         }
     }
 
     /// Product of all events up to the one at the vertex after `depth` events.
     pub(super) fn total(&self, depth: u32) -> Spectrum {
-        let last = self.last_diffuse + self.last_specular;
         if depth == 0 {
-            last
+            self.last()
         } else {
-            (self.first_diffuse + self.first_specular) * self.between * last
+            self.first() * self.between.unpack() * self.last()
         }
+    }
+
+    /// What the last event scatters of light, by diffuse lobes and by all others.
+    #[inline]
+    pub(super) fn last_by_lobes(&self) -> [Spectrum; 2] {
+        [self.last_diffuse.unpack(), self.last_specular.unpack()]
+    }
+
+    #[inline]
+    fn first(&self) -> Spectrum {
+        self.first_diffuse.unpack() + self.first_specular.unpack()
+    }
+
+    #[inline]
+    fn last(&self) -> Spectrum {
+        self.last_diffuse.unpack() + self.last_specular.unpack()
     }
 
     /// Scales the event at the vertex after `depth` events.
@@ -76,7 +93,7 @@ impl Throughput {
     #[inline]
     pub(super) fn add_indirect(
         &self,
-        out: &mut PixelSample,
+        out: &mut PathSample,
         depth: u32,
         diffuse: Spectrum,
         specular: Spectrum,
@@ -94,7 +111,7 @@ impl Throughput {
     #[inline]
     pub(super) fn add(
         &self,
-        out: &mut PixelSample,
+        out: &mut PathSample,
         n_events: u32,
         diffuse: Spectrum,
         specular: Spectrum,
@@ -103,9 +120,9 @@ impl Throughput {
             out.direct_diffuse += diffuse;
             out.direct_specular += specular;
         } else {
-            let radiance = self.between * (diffuse + specular);
-            out.indirect_diffuse += radiance * self.first_diffuse;
-            out.indirect_specular += radiance * self.first_specular;
+            let radiance = self.between.unpack() * (diffuse + specular);
+            out.indirect_diffuse += radiance * self.first_diffuse.unpack();
+            out.indirect_specular += radiance * self.first_specular.unpack();
         }
     }
 }

@@ -2,14 +2,14 @@
 
 use kilauea_accel::{Ray, Visibility};
 use kilauea_bsdf::SeenBsdf;
-use kilauea_film::PixelSample;
 use kilauea_math::Spectrum;
 use kilauea_math::hash::unit_f32;
-use kilauea_shading::Scattered;
 
 use super::cone::RayCone;
 use super::guide::{Guide, Knowledge};
 use super::media::{Boundary, Media};
+use super::path_light::PathLight;
+use super::path_sample::PathSample;
 use super::roulette::survival;
 use super::throughput::Throughput;
 use crate::geometry::Interaction;
@@ -73,8 +73,7 @@ impl<M: Media, E> Path<M, E> {
         self.departure.filter(|d| !d.is_delta).map(|d| d.receiver)
     }
 
-    /// Chooses where the path goes on. Returns what is scattered, with a share of the path unless
-    /// it ends.
+    /// Chooses where the path goes on, and whether it does.
     #[inline]
     pub(super) fn scatter<G: Guide>(
         &mut self,
@@ -83,7 +82,7 @@ impl<M: Media, E> Path<M, E> {
         sampler: &Sampler<'_>,
         knowledge: &G::Knowledge,
         trail: &mut G::Trail,
-    ) -> Scattered {
+    ) -> PathLight {
         let depth = vertex.depth;
         let u_lobe = if bsdf.has_one_lobe() && !knowledge.chooses_directions() {
             0.5
@@ -98,7 +97,7 @@ impl<M: Media, E> Path<M, E> {
         let arriving = throughput.arriving(depth) * vertex.passed;
         G::leave(trail, receiver, sample.as_ref(), arriving);
         let Some(sample) = sample else {
-            return Scattered::NOTHING;
+            return PathLight::NOTHING;
         };
         throughput.scatter(
             depth,
@@ -118,11 +117,11 @@ impl<M: Media, E> Path<M, E> {
         let survival = survival(depth, throughput.total(depth));
         if survival < 1.0 {
             if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
-                return Scattered::NOTHING;
+                return PathLight::NOTHING;
             }
             throughput.scale_last(depth, Spectrum::splat(1.0 / survival));
         } else if throughput.total(depth).is_black() {
-            return Scattered::NOTHING;
+            return PathLight::NOTHING;
         }
         if sample.is_transmission
             && let Some(boundary) = &vertex.boundary
@@ -132,7 +131,7 @@ impl<M: Media, E> Path<M, E> {
         self.media.depart();
         let interaction = &vertex.interaction;
         self.ray = interaction.spawn_ray(sample.wi, f32::INFINITY, Visibility::INDIRECT);
-        Scattered::BY_PATH
+        PathLight::BY_PATH
     }
 
     /// Adds emission met by the ray, which left its vertex after `depth` events, of which the
@@ -141,7 +140,7 @@ impl<M: Media, E> Path<M, E> {
     #[inline]
     pub(super) fn add_emitted(
         &self,
-        out: &mut PixelSample,
+        out: &mut PathSample,
         depth: u32,
         emitted: &Emitted,
         passed: Spectrum,
@@ -159,13 +158,13 @@ impl<M: Media, E> Path<M, E> {
             None if departure.is_delta => 1.0,
             None => power_heuristic(departure.pdf, emitted.pdf),
         };
-        let throughput = &self.throughput;
         let radiance = radiance * weight;
-        throughput.add(
+        let [diffuse, specular] = self.throughput.last_by_lobes();
+        self.throughput.add(
             out,
             depth,
-            radiance * (throughput.last_diffuse * emitted.diffuse),
-            radiance * (throughput.last_specular * emitted.specular),
+            radiance * (diffuse * emitted.diffuse),
+            radiance * (specular * emitted.specular),
         );
     }
 }

@@ -46,9 +46,20 @@ impl Whom {
 }
 
 impl Question {
-    pub(super) fn ray(&self) -> &Ray {
+    /// The ray that it is about. Tiles of textures are in files, which all members have: none is asked
+    /// for them.
+    pub(super) fn ray(&self) -> Option<&Ray> {
         match self {
-            Self::Closest { ray, .. } | Self::Occluded { ray, .. } => ray,
+            Self::Closest { ray, .. } | Self::Occluded { ray, .. } => Some(ray),
+            Self::Tile(_) => None,
+        }
+    }
+
+    /// What decides at surfaces that let some rays pass.
+    pub(super) fn key(&self) -> u32 {
+        match self {
+            Self::Closest { key, .. } | Self::Occluded { key, .. } => *key,
+            Self::Tile(_) => 0,
         }
     }
 
@@ -57,6 +68,7 @@ impl Question {
         match self {
             Self::Closest { .. } => Answer::Closest(None),
             Self::Occluded { .. } => Answer::Occluded(false),
+            Self::Tile(_) => Answer::Tile(None),
         }
     }
 }
@@ -86,10 +98,13 @@ impl Asker<'_> {
     /// Who is asked.
     #[inline]
     pub(super) fn whom(&self, question: &Question) -> Whom {
+        let Some(ray) = question.ray() else {
+            return Whom(0);
+        };
         let all = Whom::first(self.set.members.len());
         match self.broadcast {
             Broadcast::Full => all,
-            Broadcast::Culled => self.set.boxes.pierced(question.ray()).unwrap_or(all),
+            Broadcast::Culled => self.set.boxes.pierced(ray).unwrap_or(all),
         }
     }
 

@@ -25,7 +25,8 @@ impl Question {
         match self {
             Self::Occluded { .. } => RayKind::Shadow,
             Self::Closest { ray, .. } if ray.visibility == Visibility::CAMERA => RayKind::Camera,
-            Self::Closest { .. } => RayKind::Indirect,
+            // Nobody is asked for tiles.
+            Self::Closest { .. } | Self::Tile(_) => RayKind::Indirect,
         }
     }
 }
@@ -40,11 +41,13 @@ where
 
     fn whom(&self, question: &Question) -> u64 {
         let whom = self.asker.whom(question);
-        let kind = question.ray_kind();
-        self.traffic.count_asked(kind, whom);
-        if self.traffic.wants_sample(question.ray()) {
-            let units = self.asker.set.boxes.pierced_units(question.ray());
-            self.traffic.add_sample(kind, units);
+        if let Some(ray) = question.ray() {
+            let kind = question.ray_kind();
+            self.traffic.count_asked(kind, whom);
+            if self.traffic.wants_sample(ray) {
+                let units = self.asker.set.boxes.pierced_units(ray);
+                self.traffic.add_sample(kind, units);
+            }
         }
         whom.0
     }

@@ -60,8 +60,17 @@ fn chunk_bytes(prototype: &Prototype) -> Vec<u64> {
 
 /// Boxes around chunks at all times, in the chunks' space, in the same order.
 pub(super) fn chunk_bounds(prototype: &Prototype) -> Vec<Bounds3> {
-    let meshes = prototype.chunks.iter().map(|c| c.bounds());
-    let points = prototype.points.iter().map(|c| c.bounds());
-    let curves = prototype.curves.iter().map(|c| c.bounds());
+    let meshes = prototype
+        .chunks
+        .iter()
+        .map(kilauea_scene::MeshChunk::bounds);
+    let points = prototype
+        .points
+        .iter()
+        .map(kilauea_scene::PointsChunk::bounds);
+    let curves = prototype
+        .curves
+        .iter()
+        .map(kilauea_scene::CurvesChunk::bounds);
     meshes.chain(points).chain(curves).collect()
 }

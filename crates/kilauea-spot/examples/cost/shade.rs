@@ -30,10 +30,10 @@ impl Program for Shades {
         &'a self,
         runtime: &R,
     ) -> impl Fn(Work, R::Context) -> R::Started {
-        let (pixels, shades) = (runtime.pool(), runtime.pool());
+        let (pixels, shades) = (runtime.pool("pixel"), runtime.pool("shade"));
         move |work, cx| match work {
-            Work::Pixel(key) => pixels.start("pixel", pixel(key, cx)),
-            Work::Shade(key) => shades.start("shade", self.shade(key, cx)),
+            Work::Pixel(key) => pixels.start(pixel(key, cx)),
+            Work::Shade(key) => shades.start(self.shade(key, cx)),
         }
     }
 }

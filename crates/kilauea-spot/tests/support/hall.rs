@@ -61,13 +61,12 @@ impl Program for Hall {
         &'a self,
         runtime: &R,
     ) -> impl Fn(Node, R::Context) -> R::Started {
-        let (entrances, mirrors, walls) = (runtime.pool(), runtime.pool(), runtime.pool());
+        let (entrances, mirrors) = (runtime.pool("entrance"), runtime.pool("mirror"));
+        let walls = runtime.pool("wall");
         move |node, cx| match node {
-            Node::Entrance(key) => entrances.start("entrance", self.enter(key, cx)),
-            Node::Mirror { key, n_below } => {
-                mirrors.start("mirror", self.reflect(key, n_below, cx))
-            }
-            Node::Wall(key) => walls.start("wall", wall(key, cx)),
+            Node::Entrance(key) => entrances.start(self.enter(key, cx)),
+            Node::Mirror { key, n_below } => mirrors.start(self.reflect(key, n_below, cx)),
+            Node::Wall(key) => walls.start(wall(key, cx)),
         }
     }
 }

@@ -5,13 +5,13 @@ mod training;
 mod unguided;
 
 use kilauea_bsdf::{BsdfSample, SeenBsdf};
-use kilauea_film::PixelSample;
 use kilauea_math::{Spectrum, Vec3};
 
+use super::path_sample::PathSample;
 use crate::light::Receiver;
 
 pub(crate) use guided::{GUIDED_SHARE, Guided};
-pub(crate) use training::{PathTrail, Training, light, n_rays};
+pub(crate) use training::{PathTrail, Training, n_rays};
 pub(crate) use unguided::Unguided;
 
 /// What paths know.
@@ -41,7 +41,7 @@ pub(crate) trait Guide: Copy + Send + Sync {
 
     /// All that the vertex itself adds to the sample has been added.
     #[inline]
-    fn depart(_trail: &mut Self::Trail, _out: &PixelSample) {}
+    fn depart(_trail: &mut Self::Trail, _out: &PathSample) {}
 }
 
 /// What is known of the light at a vertex.

@@ -1,13 +1,12 @@
 //! Paths that leave records of the light that they found.
 
 use kilauea_bsdf::BsdfSample;
-use kilauea_film::PixelSample;
 use kilauea_gather::{Arrival, GatherRecord};
 use kilauea_math::{Spectrum, Vec3};
 
 use super::Guide;
 use super::guided::{Guided, Known};
-use crate::integrator::RayCounts;
+use crate::integrator::{PathSample, RayTally};
 use crate::light::Receiver;
 
 /// Guides by what earlier paths found, if there were any, and notes what paths find.
@@ -66,10 +65,10 @@ impl<'a> Guide for Training<'a> {
         });
     }
 
-    fn depart(trail: &mut PathTrail, out: &PixelSample) {
+    fn depart(trail: &mut PathTrail, out: &PathSample) {
         if let Some(vertex) = trail.pending.take() {
             trail.vertices.push(TrailVertex {
-                gathered: light(out),
+                gathered: out.light(),
                 ..vertex
             });
         }
@@ -78,8 +77,8 @@ impl<'a> Guide for Training<'a> {
 
 impl PathTrail {
     /// Ends the path: adds what its vertices learnt to `records`.
-    pub(crate) fn end(&mut self, out: &PixelSample, records: &mut Vec<GatherRecord>) {
-        let (pixel, light) = (self.pixel, light(out));
+    pub(crate) fn end(&mut self, out: &PathSample, records: &mut Vec<GatherRecord>) {
+        let (pixel, light) = (self.pixel, out.light());
         records.extend(self.vertices.drain(..).map(|vertex| {
             let Receiver { p, n } = vertex.receiver;
             let brought = (light - vertex.gathered).luminance();
@@ -104,14 +103,6 @@ impl PathTrail {
     }
 }
 
-pub(crate) fn light(out: &PixelSample) -> Spectrum {
-    out.emission
-        + out.direct_diffuse
-        + out.direct_specular
-        + out.indirect_diffuse
-        + out.indirect_specular
-}
-
-pub(crate) fn n_rays(counts: &RayCounts) -> u64 {
-    counts.shadow + counts.indirect
+pub(crate) fn n_rays(counts: &RayTally) -> u64 {
+    u64::from(counts.shadow) + u64::from(counts.indirect)
 }

@@ -24,28 +24,29 @@ pub(crate) fn encode_questions(questions: &[Question]) -> Vec<u8> {
     let is_occluded = |q: &Question| matches!(q, Question::Occluded { .. });
     let kinds: Vec<u8> = questions.iter().map(|q| u8::from(is_occluded(q))).collect();
     columns.put_bytes(&kinds, &mut bytes);
-    let visibility: Vec<u8> = questions.iter().map(|q| q.ray().visibility.0).collect();
+    let rays: Vec<&Ray> = questions.iter().filter_map(Question::ray).collect();
+    debug_assert!(rays.len() == questions.len(), "none is asked for tiles");
+    let visibility: Vec<u8> = rays.iter().map(|ray| ray.visibility.0).collect();
     columns.put_bytes(&visibility, &mut bytes);
-    let words: [fn(&Question) -> u32; 10] = [
-        |q| q.ray().origin.x.to_bits(),
-        |q| q.ray().origin.y.to_bits(),
-        |q| q.ray().origin.z.to_bits(),
-        |q| q.ray().dir.x.to_bits(),
-        |q| q.ray().dir.y.to_bits(),
-        |q| q.ray().dir.z.to_bits(),
-        |q| q.ray().t_min.to_bits(),
-        |q| q.ray().t_max.to_bits(),
-        |q| q.ray().time.to_bits(),
-        |q| match q {
-            Question::Closest { key, .. } | Question::Occluded { key, .. } => *key,
-        },
+    let words: [fn(&Ray) -> f32; 9] = [
+        |ray| ray.origin.x,
+        |ray| ray.origin.y,
+        |ray| ray.origin.z,
+        |ray| ray.dir.x,
+        |ray| ray.dir.y,
+        |ray| ray.dir.z,
+        |ray| ray.t_min,
+        |ray| ray.t_max,
+        |ray| ray.time,
     ];
     for word in words {
-        let column: Vec<u32> = questions.iter().map(word).collect();
+        let column: Vec<u32> = rays.iter().map(|ray| word(ray).to_bits()).collect();
         columns.put_words(&column, &mut bytes);
     }
+    let keys: Vec<u32> = questions.iter().map(Question::key).collect();
+    columns.put_words(&keys, &mut bytes);
     let priorities = questions.iter().filter_map(|q| match q {
-        Question::Closest { .. } => None,
+        Question::Closest { .. } | Question::Tile(_) => None,
         Question::Occluded { least_priority, .. } => Some(least_priority.cast_unsigned()),
     });
     let priorities: Vec<u8> = priorities.collect();

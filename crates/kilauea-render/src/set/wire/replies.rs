@@ -17,14 +17,14 @@ pub(crate) fn encode_answers(answers: &[Answer]) -> Vec<u8> {
         .iter()
         .filter_map(|answer| match answer {
             Answer::Met(met) => Some(&**met),
-            Answer::Closest(_) | Answer::Occluded(_) => None,
+            Answer::Closest(_) | Answer::Occluded(_) | Answer::Tile(_) => None,
         })
         .collect();
     let mut bytes = Vec::with_capacity(answers.len().div_ceil(8) + 64 * met.len());
     let is_met = answers.iter().map(|answer| match answer {
         Answer::Met(_) => true,
         Answer::Occluded(is_occluded) => *is_occluded,
-        Answer::Closest(_) => false,
+        Answer::Closest(_) | Answer::Tile(_) => false,
     });
     Columns::of(answers.len()).put_bits(is_met, &mut bytes);
     let columns = Columns::of(met.len());

@@ -1,0 +1,150 @@
+//! What workers say, and what comes of it.
+
+use kilauea_render::TileResult;
+use tokio::sync::mpsc;
+
+use super::Console;
+use super::gate::Event;
+use super::peer::{Peer, Stage};
+use super::results::digest;
+use crate::error::ClusterError;
+use crate::ledger::Verdict;
+use crate::protocol::{
+    Failed, Frame, FrameError, FrameKind, Heartbeat, Hello, Message, Ready, Report, UnitDone,
+    UnitRefused,
+};
+
+/// What a frame of a worker says.
+enum Said<'a> {
+    Alive(Heartbeat),
+    Ready(Ready),
+    Done(UnitDone, &'a [u8]),
+    Refused(UnitRefused),
+    Report(Report),
+    Failed(Failed),
+}
+
+impl<'a> Said<'a> {
+    fn read(frame: &'a Frame) -> Result<Self, FrameError> {
+        match frame.kind {
+            FrameKind::Heartbeat => Ok(Self::Alive(Heartbeat::read(frame)?.0)),
+            FrameKind::Ready => Ok(Self::Ready(Ready::read(frame)?.0)),
+            FrameKind::UnitDone => UnitDone::read(frame).map(|(done, sums)| Self::Done(done, sums)),
+            FrameKind::UnitRefused => Ok(Self::Refused(UnitRefused::read(frame)?.0)),
+            FrameKind::Report => Ok(Self::Report(Report::read(frame)?.0)),
+            FrameKind::Failed => Ok(Self::Failed(Failed::read(frame)?.0)),
+            found => Err(FrameError::Unexpected {
+                found,
+                expected: "something that workers say",
+            }),
+        }
+    }
+}
+
+impl Console {
+    /// Does what an event calls for. An error ends the frame.
+    pub(super) fn handle(&mut self, event: Event) -> Result<(), ClusterError> {
+        let now = self.now();
+        match event {
+            Event::Joined { hello, outbox } => self.welcome(&hello, outbox),
+            Event::Gone { epoch, error } => self.replace(epoch, &error.to_string())?,
+            Event::Said { epoch, frame } => {
+                // What the dead say is not heard.
+                let Some(peer) = self.peers.get_mut(&epoch).filter(|_| frame.epoch == epoch) else {
+                    return Ok(());
+                };
+                peer.last_heard = now;
+                match Said::read(&frame) {
+                    Ok(said) => self.hear(epoch, said, &frame)?,
+                    Err(error) => self.replace(epoch, &error.to_string())?,
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn welcome(&mut self, hello: &Hello, outbox: mpsc::Sender<Frame>) {
+        let now = self.now();
+        if let Some(peer) = self.peers.get_mut(&hello.epoch) {
+            peer.stage = Stage::Preparing(outbox);
+            peer.last_heard = now;
+        }
+    }
+
+    fn hear(&mut self, epoch: u32, said: Said<'_>, frame: &Frame) -> Result<(), ClusterError> {
+        let Some(peer) = self.peers.get_mut(&epoch) else {
+            return Ok(());
+        };
+        match said {
+            Said::Alive(beat) => peer.stats.peak_rss = beat.peak_rss,
+            Said::Ready(ready) => peer.begin(ready.n_threads),
+            Said::Done(done, sums) => self.take_result(epoch, frame, done, sums)?,
+            Said::Refused(refused) => self.replace(epoch, &refused.reason)?,
+            Said::Report(report) => {
+                peer.stage = Stage::Finished;
+                self.reports.push((peer.holder, report.stats));
+            }
+            Said::Failed(failed) => return Err(ClusterError::Failed(failed.reason)),
+        }
+        Ok(())
+    }
+
+    fn take_result(
+        &mut self,
+        epoch: u32,
+        frame: &Frame,
+        done: UnitDone,
+        sums: &[u8],
+    ) -> Result<(), ClusterError> {
+        let Some(peer) = self.peers.get_mut(&epoch) else {
+            return Ok(());
+        };
+        let holder = peer.holder;
+        peer.n_leases = peer.n_leases.saturating_sub(1);
+        let UnitDone { lease, unit, tally } = done;
+        let result = TileResult {
+            sums: sums.to_vec(),
+            unit,
+            tally,
+        };
+        match self
+            .ledger
+            .settle(holder, lease, &result.unit, digest(&result))
+        {
+            Verdict::First => {
+                peer.stats.units += 1;
+                peer.stats.rays += result.tally.n_rays();
+                if let Err(error) = self.frame.put(result) {
+                    return Err(ClusterError::Failed(format!(
+                        "worker {}: {error}",
+                        holder.rank
+                    )));
+                }
+                if let Some(journal) = &mut self.journal {
+                    journal.add(frame)?;
+                }
+            }
+            Verdict::Differs { from } => {
+                let from = from.map_or("the journal".into(), |rank| format!("worker {rank}"));
+                let unit = &result.unit;
+                self.alarms.push(format!(
+                    "worker {} and {from} computed different results for tile {}, passes {:?}: \
+                     one of them computes wrongly",
+                    holder.rank, unit.tile, unit.passes
+                ));
+            }
+            Verdict::Equal | Verdict::Unknown => {}
+        }
+        Ok(())
+    }
+}
+
+impl Peer {
+    /// It has prepared the scene.
+    fn begin(&mut self, n_threads: u32) {
+        self.stats.threads = n_threads;
+        if let Stage::Preparing(outbox) = &self.stage {
+            self.stage = Stage::Working(outbox.clone());
+        }
+    }
+}

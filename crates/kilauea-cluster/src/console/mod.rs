@@ -1,0 +1,312 @@
+//! The console: lends units to workers, takes their results, and replaces those that die.
+
+mod gate;
+mod hear;
+mod launch;
+mod peer;
+mod results;
+mod roster;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use kilauea_render::{CollectedFrame, RenderResult, RenderStats};
+use kilauea_scene::{RenderSettings, Scene};
+use tokio::net::TcpListener;
+use tokio::sync::mpsc;
+use tokio::time::interval;
+
+use crate::error::ClusterError;
+use crate::handshake::build_hash;
+use crate::job::Status;
+use crate::journal::Journal;
+use crate::ledger::{Grant, Holder, Ledger};
+use crate::link::Traffic;
+use crate::options::{ClusterOptions, WorkerKind};
+use crate::plan::Plan;
+use crate::protocol::{Finish, Frame, Lease, LeaseStart, Manifest, Message, PassesOver, Start};
+use crate::scene::scene_to_bytes;
+use crate::stats::{NetworkStats, WorkerStats};
+use crate::ticket::{Token, random_u64};
+use crate::worker::HEARTBEAT;
+use gate::{Event, Expected, Gate, Payload};
+use peer::{Peer, Stage};
+use results::{restore, settings_hash};
+
+/// Events that wait to be handled.
+const MAX_EVENTS: usize = 256;
+/// Time after a time limit for units that are being rendered.
+const LIMIT_GRACE: Duration = Duration::from_secs(1);
+/// Time for workers to say how it went.
+const REPORT_TIME: Duration = Duration::from_secs(2);
+/// The same after a time limit.
+const LATE_REPORT_TIME: Duration = Duration::from_millis(500);
+
+/// A frame that workers have rendered.
+pub struct ClusterResult {
+    /// Pixels and statistics, as of one process.
+    pub frame: RenderResult,
+    /// Workers in the order of their starts.
+    pub workers: Vec<WorkerStats>,
+    /// What went over links.
+    pub network: NetworkStats,
+    /// Where the results of a whole frame are kept: to be removed once nobody needs them.
+    pub journal: Option<Journal>,
+}
+
+/// A console with its workers.
+pub(crate) struct Console {
+    options: ClusterOptions,
+    frame: CollectedFrame,
+    ledger: Ledger,
+    journal: Option<Journal>,
+    gate: Gate,
+    events: mpsc::Receiver<Event>,
+    address: String,
+    /// By epoch.
+    peers: BTreeMap<u32, Peer>,
+    lost: Vec<WorkerStats>,
+    reports: Vec<(Holder, RenderStats)>,
+    /// Workers that compute something else than others.
+    alarms: Vec<String>,
+    n_started: u32,
+    begun: Instant,
+    last_tick: Duration,
+}
+
+impl Console {
+    /// A console that has started nothing.
+    pub(crate) fn new(
+        scene: &Scene,
+        settings: &RenderSettings,
+        options: ClusterOptions,
+    ) -> Result<Self, ClusterError> {
+        let begun = Instant::now();
+        let settings = &with_threads(settings, options.n_workers);
+        scene
+            .validate()
+            .map_err(kilauea_render::RenderError::from)?;
+        let mut frame = CollectedFrame::new(settings)?;
+        let n_threads = options.n_workers.saturating_mul(settings.threads);
+        let plan = Plan::new(&frame, settings, n_threads);
+        let mut ledger = Ledger::new(plan, options.patience);
+        let scene = scene_to_bytes(scene);
+        let scene_hash = *blake3::hash(&scene).as_bytes();
+        let manifest = Manifest {
+            build_hash: build_hash(),
+            scene_hash,
+            settings_hash: settings_hash(settings),
+        };
+        let restore = |kept: &Frame| restore(&mut frame, &mut ledger, kept);
+        let journal = options.journal.as_ref();
+        let journal = journal
+            .map(|path| Journal::open(path, &manifest, restore))
+            .transpose()?;
+        let (sender, events) = mpsc::channel(MAX_EVENTS);
+        let start = Start {
+            settings: settings.clone(),
+            specialize_rays: options.specialize_rays,
+            n_scene_bytes: scene.len() as u64,
+            scene_hash,
+        };
+        Ok(Self {
+            gate: Gate {
+                token: Token::random()?,
+                session: random_u64()?,
+                traffic: Arc::new(Traffic::default()),
+                payload: Arc::new(Payload {
+                    start,
+                    scene,
+                    begun,
+                }),
+                expected: Expected::default(),
+                events: sender,
+            },
+            options,
+            frame,
+            ledger,
+            journal,
+            events,
+            address: String::new(),
+            peers: BTreeMap::new(),
+            lost: Vec::new(),
+            reports: Vec::new(),
+            alarms: Vec::new(),
+            n_started: 0,
+            begun,
+            last_tick: Duration::ZERO,
+        })
+    }
+
+    /// Has the frame rendered.
+    pub(crate) async fn run(mut self, status: &Status) -> Result<ClusterResult, ClusterError> {
+        if !self.ledger.is_complete() {
+            self.open().await?;
+            self.lend_all(status).await?;
+            self.finish().await?;
+        }
+        Ok(self.into_result())
+    }
+
+    /// Starts the workers.
+    async fn open(&mut self) -> Result<(), ClusterError> {
+        if matches!(self.options.kind, WorkerKind::Processes { .. }) {
+            let listener = TcpListener::bind("127.0.0.1:0").await?;
+            self.address = listener.local_addr()?.to_string();
+            tokio::spawn(self.gate.clone().listen(listener));
+        }
+        for rank in 0..self.options.n_workers {
+            self.start_worker(rank, 0)?;
+        }
+        Ok(())
+    }
+
+    /// Lends units until there are none, nobody waits for them, or the time is up.
+    async fn lend_all(&mut self, status: &Status) -> Result<(), ClusterError> {
+        let mut ticks = interval(HEARTBEAT);
+        while !self.is_over(status) {
+            tokio::select! {
+                Some(event) = self.events.recv() => self.handle(event)?,
+                _ = ticks.tick() => self.tick()?,
+                () = status.cancelled() => {}
+            }
+            if !self.is_late() {
+                self.lend()?;
+            }
+            self.tell_passes_over();
+            status.set(self.frame.progress(), self.pids());
+        }
+        Ok(())
+    }
+
+    fn is_over(&self, status: &Status) -> bool {
+        let late_by = self.now().checked_sub(self.limit());
+        self.ledger.is_complete()
+            || status.is_cancelled()
+            || late_by.is_some_and(|by| by > LIMIT_GRACE || self.ledger.is_idle())
+    }
+
+    fn limit(&self) -> Duration {
+        let limit = self.gate.payload.start.settings.time_limit_secs;
+        let duration = limit.map(|secs| Duration::try_from_secs_f64(secs.max(0.0)));
+        duration.and_then(Result::ok).unwrap_or(Duration::MAX)
+    }
+
+    fn is_late(&self) -> bool {
+        self.now() >= self.limit()
+    }
+
+    fn now(&self) -> Duration {
+        self.begun.elapsed()
+    }
+
+    /// Tells workers that there is nothing more, and waits for what they have to say.
+    async fn finish(&mut self) -> Result<(), ClusterError> {
+        for peer in self.peers.values() {
+            peer.send(Finish.frame(peer.holder.epoch, &[]));
+        }
+        let time = if self.is_late() {
+            LATE_REPORT_TIME
+        } else {
+            REPORT_TIME
+        };
+        let deadline = tokio::time::Instant::now() + time;
+        while self
+            .peers
+            .values()
+            .any(|peer| matches!(peer.stage, Stage::Working(_)))
+        {
+            let event = tokio::time::timeout_at(deadline, self.events.recv()).await;
+            let Ok(Some(event)) = event else { break };
+            match event {
+                Event::Gone { epoch, error } => self.bury(epoch, &error.to_string()),
+                event => self.handle(event)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Lends units to all who are free.
+    fn lend(&mut self) -> Result<(), ClusterError> {
+        let now = self.now();
+        let mut stuck = Vec::new();
+        for (&epoch, peer) in &mut self.peers {
+            while peer.is_free(now) {
+                let Some(grant) = self.ledger.lend(peer.holder, now) else {
+                    break;
+                };
+                let Grant { id, unit, start } = grant;
+                let sums = match start {
+                    LeaseStart::Sums => self.frame.sums(unit.tile),
+                    LeaseStart::Empty | LeaseStart::Kept => Vec::new(),
+                };
+                if !peer.send(Lease { id, unit, start }.frame(epoch, &sums)) {
+                    stuck.push(epoch);
+                    break;
+                }
+                peer.n_leases += 1;
+            }
+        }
+        for epoch in stuck {
+            self.replace(epoch, "it takes no more units")?;
+        }
+        Ok(())
+    }
+
+    fn tell_passes_over(&mut self) {
+        let n_passes = self.ledger.n_passes_over();
+        for (&epoch, peer) in &mut self.peers {
+            if peer.n_passes_over < n_passes
+                && matches!(peer.stage, Stage::Working(_))
+                && peer.send(PassesOver { n_passes }.frame(epoch, &[]))
+            {
+                peer.n_passes_over = n_passes;
+            }
+        }
+    }
+
+    fn pids(&self) -> Vec<u32> {
+        self.peers.values().map(|peer| peer.stats.pid).collect()
+    }
+
+    fn into_result(mut self) -> ClusterResult {
+        self.reports.sort_by_key(|(holder, _)| holder.rank);
+        let render_secs = self.now().as_secs_f64();
+        let mut report = self
+            .reports
+            .into_iter()
+            .next()
+            .map_or_else(RenderStats::default, |r| r.1);
+        let mut workers = self.lost;
+        workers.extend(self.peers.into_values().map(|peer| peer.stats));
+        workers.sort_by_key(|worker| (worker.rank, worker.incarnation));
+        let peaks = workers.iter().map(|worker| worker.peak_rss);
+        report.memory.peak_rss = report.memory.peak_rss.max(peaks.max().unwrap_or(0));
+        report.warnings.extend(self.alarms);
+        let mut frame = self.frame.into_result(report);
+        let times = &mut frame.stats.times;
+        times.render = (render_secs - times.build - times.gather - times.photon).max(0.0);
+        ClusterResult {
+            journal: self.journal.filter(|_| frame.stats.is_complete),
+            frame,
+            workers,
+            network: NetworkStats::from(&*self.gate.traffic),
+        }
+    }
+}
+
+/// The same settings with a number of threads for one of so many workers.
+fn with_threads(settings: &RenderSettings, n_workers: u32) -> RenderSettings {
+    let n_cores = std::thread::available_parallelism().map_or(1, usize::from) as u32;
+    let threads = match settings.threads {
+        0 => (n_cores / n_workers.max(1)).max(1),
+        n => n,
+    };
+    RenderSettings {
+        threads,
+        ..settings.clone()
+    }
+}

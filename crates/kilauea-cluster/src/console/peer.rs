@@ -1,0 +1,77 @@
+//! A worker as the console sees it.
+
+use std::time::Duration;
+
+use tokio::sync::mpsc;
+
+use super::launch::WorkerProcess;
+use crate::ledger::Holder;
+use crate::protocol::Frame;
+use crate::stats::WorkerStats;
+
+/// A worker that says nothing for so long gets no more units until it does.
+const SUSPECT: Duration = Duration::from_secs(1);
+/// Time for a worker's process to start and to join.
+const JOIN: Duration = Duration::from_secs(60);
+
+/// A worker in one of its lives.
+pub(super) struct Peer {
+    pub(super) holder: Holder,
+    pub(super) stage: Stage,
+    pub(super) last_heard: Duration,
+    /// Units that it holds.
+    pub(super) n_leases: u32,
+    /// Passes that it knows to be over.
+    pub(super) n_passes_over: u32,
+    pub(super) stats: WorkerStats,
+    /// Ends with the peer.
+    pub(super) process: Option<WorkerProcess>,
+}
+
+/// How far a worker is.
+#[derive(Clone, Debug)]
+pub(super) enum Stage {
+    /// It was started.
+    Starting,
+    /// It has joined and prepares the scene.
+    Preparing(mpsc::Sender<Frame>),
+    /// It renders units.
+    Working(mpsc::Sender<Frame>),
+    /// It has said all.
+    Finished,
+}
+
+impl Peer {
+    /// Sends a frame; false where the worker takes none.
+    pub(super) fn send(&self, frame: Frame) -> bool {
+        match &self.stage {
+            Stage::Starting | Stage::Finished => false,
+            Stage::Preparing(outbox) | Stage::Working(outbox) => outbox.try_send(frame).is_ok(),
+        }
+    }
+
+    /// Whether it may get another unit: one for each thread, and one that waits for the first thread
+    /// to be free.
+    pub(super) fn is_free(&self, now: Duration) -> bool {
+        matches!(self.stage, Stage::Working(_))
+            && self.n_leases <= self.stats.threads
+            && now.saturating_sub(self.last_heard) < SUSPECT
+    }
+
+    /// Why it is lost, if it is. One that has joined and says nothing is dead after a time.
+    pub(super) fn why_lost(&mut self, now: Duration, dead_after: Duration) -> Option<String> {
+        let silence = now.saturating_sub(self.last_heard);
+        match self.stage {
+            Stage::Finished => None,
+            Stage::Starting => {
+                let ended = self.process.as_mut().and_then(WorkerProcess::ended);
+                let late = || "it did not join".to_owned();
+                ended.or_else(|| (silence > JOIN).then(late))
+            }
+            Stage::Preparing(_) | Stage::Working(_) => {
+                let secs = silence.as_secs_f64();
+                (silence > dead_after).then(|| format!("it said nothing for {secs:.1} s"))
+            }
+        }
+    }
+}

@@ -1,0 +1,33 @@
+use std::io;
+
+use kilauea_render::RenderError;
+
+use crate::journal::JournalError;
+
+/// Why a frame cannot be rendered by workers.
+#[derive(Debug, thiserror::Error)]
+pub enum ClusterError {
+    /// Nobody could render it.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// A worker found out that nobody can render it.
+    #[error("{0}")]
+    Failed(String),
+    /// There are no workers left, and no more may be started.
+    #[error("no worker is left after {n_started} were started; the last one: {reason}")]
+    NoWorkers {
+        /// How many there were.
+        n_started: u32,
+        /// What became of the last.
+        reason: String,
+    },
+    /// The journal cannot be used.
+    #[error(transparent)]
+    Journal(#[from] JournalError),
+    /// The system refuses something that everything needs.
+    #[error("cannot start workers: {0}")]
+    Io(#[from] io::Error),
+    /// A bug.
+    #[error("internal error: {0}")]
+    Internal(&'static str),
+}

@@ -1,0 +1,34 @@
+//! A frame rendered by several processes, with the pixels that one would give.
+//!
+//! A [`ClusterJob`] is the console: it cuts the frame into units, lends them to workers, and puts
+//! their results together. Workers ([`run_worker`]) hold the whole scene and render units. What a unit
+//! comes to depends on nothing but the scene, the settings and the tile's sums before, so that it may
+//! be done by anyone and more than once: a worker that dies costs time and changes no bit.
+
+#![forbid(unsafe_code)]
+
+mod console;
+mod error;
+mod handshake;
+mod job;
+mod journal;
+mod ledger;
+pub mod link;
+mod options;
+mod plan;
+pub mod protocol;
+mod scene;
+mod stats;
+mod ticket;
+mod worker;
+
+pub use console::ClusterResult;
+pub use error::ClusterError;
+pub use handshake::{HandshakeError, build_hash};
+pub use job::ClusterJob;
+pub use journal::{Journal, JournalError};
+pub use options::{ClusterOptions, WorkerKind};
+pub use scene::{SceneBytesError, scene_from_bytes, scene_to_bytes};
+pub use stats::{NetworkStats, WorkerStats};
+pub use ticket::{Ticket, Token};
+pub use worker::{WorkerError, run_worker};

@@ -1,0 +1,54 @@
+//! How a frame is shared out.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// What workers are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum WorkerKind {
+    /// Threads of this process, behind channels of bytes (tests).
+    Threads,
+    /// Processes on this machine, over loopback TCP. They get their ticket on standard input and
+    /// then call [`crate::run_worker`].
+    Processes {
+        /// The program.
+        program: PathBuf,
+        /// What it is called with.
+        arguments: Vec<OsString>,
+    },
+}
+
+/// How a frame is shared out.
+#[derive(Clone, Debug)]
+pub struct ClusterOptions {
+    /// Workers at a time.
+    pub n_workers: u32,
+    /// What they are.
+    pub kind: WorkerKind,
+    /// How often workers may be started again, in all.
+    pub max_restarts: u32,
+    /// Time that a worker has for a unit before others may have it too.
+    pub patience: Duration,
+    /// A worker that says nothing for so long is dead. It says something every 250 ms.
+    pub dead_after: Duration,
+    /// Where results are kept until the frame is done; nowhere if absent.
+    pub journal: Option<PathBuf>,
+    /// Whether rays skip the code for what the scene does not have.
+    pub specialize_rays: bool,
+}
+
+impl ClusterOptions {
+    /// So many workers, each of which may be started again three times.
+    pub fn new(n_workers: u32, kind: WorkerKind) -> Self {
+        Self {
+            n_workers,
+            kind,
+            max_restarts: n_workers.saturating_mul(3),
+            patience: Duration::from_secs(60),
+            dead_after: Duration::from_secs(2),
+            journal: None,
+            specialize_rays: true,
+        }
+    }
+}

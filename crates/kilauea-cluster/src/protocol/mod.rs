@@ -1,0 +1,15 @@
+//! What crosses between processes: frames of bytes with a header, and the messages in them.
+
+mod codec;
+mod error;
+mod frame;
+mod kind;
+mod message;
+
+pub use error::FrameError;
+pub use frame::{Expected, Frame, HEADER_BYTES, Header, MAGIC, PROTOCOL};
+pub use kind::FrameKind;
+pub use message::{
+    Challenge, Failed, Finish, Heartbeat, Hello, Lease, LeaseStart, Manifest, Message, PassesOver,
+    Ready, Refused, Report, SceneBytes, Start, UnitDone, UnitRefused,
+};

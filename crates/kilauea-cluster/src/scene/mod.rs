@@ -1,0 +1,78 @@
+//! A scene as bytes: records with their names (MessagePack), and the arrays as they lie in memory.
+//!
+//! Images are not in it: tile files are read by their paths, so that all processes must see the same
+//! files.
+
+mod error;
+mod geometry;
+mod read;
+mod write;
+
+use kilauea_math::DVec3;
+use kilauea_scene::{Camera, Light, Material, Scene, TextureSource};
+use serde::{Deserialize, Serialize};
+
+pub use error::SceneBytesError;
+use read::SceneReader;
+use write::SceneWriter;
+
+#[cfg(target_endian = "big")]
+compile_error!("arrays cross between processes as they lie in memory, which is little-endian");
+
+/// What a scene has besides geometry.
+#[derive(Serialize)]
+struct RecordsRef<'a> {
+    origin_world: DVec3,
+    prim_paths: &'a [String],
+    materials: &'a [Material],
+    textures: &'a [TextureSource],
+    lights: &'a [Light],
+    camera: &'a Camera,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Records {
+    origin_world: DVec3,
+    prim_paths: Vec<String>,
+    materials: Vec<Material>,
+    textures: Vec<TextureSource>,
+    lights: Vec<Light>,
+    camera: Camera,
+}
+
+/// The bytes of a scene.
+pub fn scene_to_bytes(scene: &Scene) -> Vec<u8> {
+    let records = RecordsRef {
+        origin_world: scene.origin_world,
+        prim_paths: &scene.prim_paths,
+        materials: &scene.materials,
+        textures: &scene.textures,
+        lights: &scene.lights,
+        camera: &scene.camera,
+    };
+    let mut writer = SceneWriter::with_capacity(scene.n_bytes());
+    let records = rmp_serde::to_vec_named(&records).expect("records of a scene can be written");
+    writer.array(&records);
+    writer.list(&scene.prototypes, SceneWriter::prototype);
+    writer.into_bytes()
+}
+
+/// The scene of bytes that [`scene_to_bytes`] wrote. Nothing is allocated for what bytes promise and
+/// do not have; whether indices are inside their arrays is for [`Scene::validate`] to find out.
+pub fn scene_from_bytes(bytes: &[u8]) -> Result<Scene, SceneBytesError> {
+    let mut reader = SceneReader::new(bytes);
+    let records: Vec<u8> = reader.array()?;
+    let records: Records = rmp_serde::from_slice(&records)?;
+    let scene = Scene {
+        prototypes: reader.list(SceneReader::prototype)?,
+        origin_world: records.origin_world,
+        prim_paths: records.prim_paths,
+        materials: records.materials,
+        textures: records.textures,
+        lights: records.lights,
+        camera: records.camera,
+    };
+    reader.finish()?;
+    Ok(scene)
+}

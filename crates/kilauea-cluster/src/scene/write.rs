@@ -1,0 +1,57 @@
+//! Numbers, arrays and lists, one after the other.
+
+use bytemuck::NoUninit;
+
+/// Appends.
+pub(super) struct SceneWriter {
+    bytes: Vec<u8>,
+}
+
+impl SceneWriter {
+    pub(super) fn with_capacity(n_bytes: usize) -> Self {
+        Self {
+            bytes: Vec::with_capacity(n_bytes),
+        }
+    }
+
+    pub(super) fn into_bytes(self) -> Vec<u8> {
+        self.bytes
+    }
+
+    pub(super) fn u8(&mut self, value: u8) {
+        self.bytes.push(value);
+    }
+
+    pub(super) fn u32(&mut self, value: u32) {
+        self.bytes.extend(value.to_le_bytes());
+    }
+
+    pub(super) fn u64(&mut self, value: u64) {
+        self.bytes.extend(value.to_le_bytes());
+    }
+
+    /// How many values, then the values.
+    pub(super) fn array<T: NoUninit>(&mut self, values: &[T]) {
+        self.u64(values.len() as u64);
+        self.bytes.extend_from_slice(bytemuck::cast_slice(values));
+    }
+
+    pub(super) fn text(&mut self, text: &str) {
+        self.array(text.as_bytes());
+    }
+
+    pub(super) fn optional_array<T: NoUninit>(&mut self, values: Option<&[T]>) {
+        self.u8(values.is_some().into());
+        if let Some(values) = values {
+            self.array(values);
+        }
+    }
+
+    /// How many items, then the items.
+    pub(super) fn list<T>(&mut self, items: &[T], mut write: impl FnMut(&mut Self, &T)) {
+        self.u64(items.len() as u64);
+        for item in items {
+            write(self, item);
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! What is told of workers and links.
+
+use std::sync::atomic::Ordering;
+
+use serde::Serialize;
+
+use crate::link::Traffic;
+
+/// A worker in one of its lives.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct WorkerStats {
+    /// Number of the worker.
+    pub rank: u32,
+    /// How often it was started before.
+    pub incarnation: u32,
+    /// Of the process; 0 for a thread.
+    pub pid: u32,
+    /// Engine threads.
+    pub threads: u32,
+    /// Units whose results counted.
+    pub units: u64,
+    /// Rays traced for them.
+    pub rays: u64,
+    /// Highest resident size of the process, bytes.
+    pub peak_rss: u64,
+    /// Why it was lost; absent where it was there to the end.
+    pub lost: Option<String>,
+}
+
+/// What the console sent and got.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct NetworkStats {
+    /// Bytes that went, headers included.
+    pub bytes_sent: u64,
+    /// Bytes that came.
+    pub bytes_received: u64,
+    /// Frames either way.
+    pub messages: u64,
+}
+
+impl From<&Traffic> for NetworkStats {
+    fn from(traffic: &Traffic) -> Self {
+        Self {
+            bytes_sent: traffic.bytes_sent.load(Ordering::Relaxed),
+            bytes_received: traffic.bytes_received.load(Ordering::Relaxed),
+            messages: traffic.messages.load(Ordering::Relaxed),
+        }
+    }
+}

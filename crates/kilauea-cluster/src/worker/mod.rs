@@ -1,0 +1,249 @@
+//! A worker: gets a scene once, renders the units that it is lent, and ends with its console.
+
+mod leases;
+
+use std::io::{self, BufRead};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use kilauea_render::{PrepareOptions, PreparedScene, RenderJob, peak_rss_bytes};
+use tokio::net::TcpStream;
+use tokio::sync::mpsc;
+use tokio::time::{interval, timeout};
+
+use crate::handshake::{HandshakeError, join_console};
+use crate::link::{FrameReader, FrameWriter, Link, Traffic};
+use crate::protocol::{
+    Failed, Finish, Frame, FrameError, FrameKind, Heartbeat, Lease, Message, PassesOver, Ready,
+    Report, SceneBytes, Start,
+};
+use crate::scene::{SceneBytesError, scene_from_bytes};
+use crate::ticket::Ticket;
+use leases::Leases;
+
+/// How often both sides say that they are alive.
+pub(crate) const HEARTBEAT: Duration = Duration::from_millis(250);
+/// A console that says nothing for so long is gone.
+const CONSOLE_TIMEOUT: Duration = Duration::from_secs(30);
+/// Frames that wait to be sent; engine threads wait where there are more. The console reads whatever
+/// it is busy with.
+const MAX_FRAMES_WAITING: usize = 64;
+/// Lines of warnings in a report.
+const MAX_WARNINGS: usize = 1000;
+
+/// Why a worker ended before its work did.
+#[derive(Debug, thiserror::Error)]
+pub enum WorkerError {
+    /// There is no ticket on the standard input.
+    #[error("standard input has no ticket: {0}")]
+    Ticket(String),
+    /// The console cannot be reached.
+    #[error("{address}: {error}")]
+    Connect {
+        /// Where it should be.
+        address: String,
+        /// What went wrong.
+        error: io::Error,
+    },
+    /// It and this program do not go together.
+    #[error("console: {0}")]
+    Handshake(#[from] HandshakeError),
+    /// What it says cannot be understood, or it is gone.
+    #[error("console: {0}")]
+    Frame(#[from] FrameError),
+    /// The scene did not come as it was sent.
+    #[error("the scene is not that of the console")]
+    SceneHash,
+    /// The scene cannot be read.
+    #[error(transparent)]
+    Scene(#[from] SceneBytesError),
+    /// The console has said nothing for long.
+    #[error("the console has said nothing for {} s", CONSOLE_TIMEOUT.as_secs())]
+    Silence,
+    /// The system refuses something.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+}
+
+/// Works for the console that the ticket on the standard input names, until there is nothing to do.
+pub fn run_worker() -> Result<(), WorkerError> {
+    let mut line = String::new();
+    io::stdin().lock().read_line(&mut line)?;
+    let ticket: Ticket =
+        serde_json::from_str(&line).map_err(|error| WorkerError::Ticket(error.to_string()))?;
+    let runtime = runtime()?;
+    runtime.block_on(async {
+        let connect_error = |error| WorkerError::Connect {
+            address: ticket.address.clone(),
+            error,
+        };
+        let stream = TcpStream::connect(&ticket.address)
+            .await
+            .map_err(connect_error)?;
+        let link = Link::over_tcp(stream, ticket.session, Arc::new(Traffic::default()))?;
+        work(link, &ticket).await
+    })
+}
+
+/// Works at one end of a link.
+pub(crate) async fn work(mut link: Link, ticket: &Ticket) -> Result<(), WorkerError> {
+    let scene_hash = join_console(&mut link, ticket).await?;
+    let Link { mut reader, writer } = link;
+    let (outbox, frames) = mpsc::channel(MAX_FRAMES_WAITING);
+    let sender = tokio::spawn(send_frames(writer, frames, ticket.epoch));
+    let (start, scene) = receive_scene(&mut reader, scene_hash).await?;
+    let leases = Arc::new(Leases::new(outbox.clone(), ticket.epoch));
+    let engine = Engine {
+        leases: Arc::clone(&leases),
+        outbox,
+        epoch: ticket.epoch,
+        begun: Instant::now(),
+    };
+    thread::Builder::new()
+        .name("worker".into())
+        .spawn(move || engine.render(&start, scene))?;
+    let outcome = take_orders(&mut reader, &leases).await;
+    // Ends the engine, and with it the frames that wait to be sent.
+    leases.close();
+    sender.abort();
+    outcome
+}
+
+/// A runtime that does nothing but wait for bytes and times.
+pub(crate) fn runtime() -> io::Result<tokio::runtime::Runtime> {
+    tokio::runtime::Builder::new_current_thread()
+        .enable_all()
+        .build()
+}
+
+async fn receive_scene(
+    reader: &mut FrameReader,
+    scene_hash: [u8; 32],
+) -> Result<(Start, Vec<u8>), WorkerError> {
+    let (start, _) = Start::read(&reader.read().await?)?;
+    let mut scene = Vec::new();
+    let mut hasher = blake3::Hasher::new();
+    loop {
+        let frame = reader.read().await?;
+        if frame.kind == FrameKind::Heartbeat {
+            continue;
+        }
+        let (SceneBytes, piece) = SceneBytes::read(&frame)?;
+        scene.extend_from_slice(piece);
+        // Piece by piece, so that heartbeats are sent meanwhile.
+        hasher.update(piece);
+        if scene.len() as u64 > start.n_scene_bytes {
+            return Err(WorkerError::SceneHash);
+        }
+        if frame.is_last {
+            let is_whole = *hasher.finalize().as_bytes() == scene_hash;
+            return is_whole
+                .then_some((start, scene))
+                .ok_or(WorkerError::SceneHash);
+        }
+    }
+}
+
+/// Takes what the console sends until it closes the link after the last unit.
+async fn take_orders(reader: &mut FrameReader, leases: &Leases) -> Result<(), WorkerError> {
+    let mut is_finished = false;
+    loop {
+        let frame = timeout(CONSOLE_TIMEOUT, reader.read()).await;
+        let frame = frame.map_err(|_| WorkerError::Silence)?;
+        let frame = match frame {
+            Err(FrameError::Closed) if is_finished => return Ok(()),
+            frame => frame?,
+        };
+        match frame.kind {
+            FrameKind::Heartbeat => {}
+            FrameKind::Lease => {
+                let (lease, sums) = Lease::read(&frame)?;
+                leases.add(lease, sums);
+            }
+            FrameKind::PassesOver => leases.set_passes_over(PassesOver::read(&frame)?.0.n_passes),
+            FrameKind::Finish => {
+                let (Finish, _) = Finish::read(&frame)?;
+                is_finished = true;
+                leases.close();
+            }
+            found => {
+                let expected = "an order";
+                return Err(FrameError::Unexpected { found, expected }.into());
+            }
+        }
+    }
+}
+
+/// Sends what the engine has to say, and heartbeats.
+async fn send_frames(
+    mut writer: FrameWriter,
+    mut frames: mpsc::Receiver<Frame>,
+    epoch: u32,
+) -> Result<(), WorkerError> {
+    let mut beats = interval(HEARTBEAT);
+    loop {
+        tokio::select! {
+            frame = frames.recv() => match frame {
+                Some(frame) => writer.write(&frame).await?,
+                None => return Ok(()),
+            },
+            _ = beats.tick() => {
+                let peak_rss = peak_rss_bytes();
+                writer.write(&Heartbeat { peak_rss }.frame(epoch, &[])).await?;
+            }
+        }
+    }
+}
+
+/// What renders, on threads of its own.
+struct Engine {
+    leases: Arc<Leases>,
+    outbox: mpsc::Sender<Frame>,
+    epoch: u32,
+    /// When the scene was here: time limits count from then on.
+    begun: Instant,
+}
+
+impl Engine {
+    fn render(self, start: &Start, scene: Vec<u8>) {
+        let rendered = catch_unwind(AssertUnwindSafe(|| self.render_units(start, scene)));
+        let said = match rendered {
+            Ok(Ok(report)) => report.frame(self.epoch, &[]),
+            Ok(Err(reason)) => Failed { reason }.frame(self.epoch, &[]),
+            Err(_) => {
+                let reason = "internal error: a worker panicked; its message is on stderr".into();
+                Failed { reason }.frame(self.epoch, &[])
+            }
+        };
+        // Where nobody takes it any more, nobody waits for it.
+        let _ = self.outbox.blocking_send(said);
+    }
+
+    fn render_units(&self, start: &Start, scene: Vec<u8>) -> Result<Report, String> {
+        let mut settings = start.settings.clone();
+        let options = PrepareOptions {
+            texture_memory_bytes: settings.texture_memory_bytes,
+            specialize_rays: start.specialize_rays,
+        };
+        let parsed = scene_from_bytes(&scene).map_err(|error| error.to_string())?;
+        drop(scene);
+        let prepared = PreparedScene::new(parsed, &options).map_err(|error| error.to_string())?;
+        let n_threads = settings.threads;
+        let preparing_secs = self.begun.elapsed().as_secs_f64();
+        let limit = &mut settings.time_limit_secs;
+        *limit = limit.map(|secs| (secs - preparing_secs).max(0.0));
+        let ready = Ready { n_threads }.frame(self.epoch, &[]);
+        self.outbox
+            .blocking_send(ready)
+            .map_err(|error| error.to_string())?;
+        let source = Arc::clone(&self.leases);
+        let job = RenderJob::start_units(Arc::new(prepared), settings, source)
+            .map_err(|error| error.to_string())?;
+        let result = job.finish().map_err(|error| error.to_string())?;
+        let mut stats = result.stats;
+        stats.warnings.truncate(MAX_WARNINGS);
+        Ok(Report { stats })
+    }
+}

@@ -1,0 +1,135 @@
+//! However many workers there are and whatever they are, the picture is that of one process.
+
+mod frame;
+
+use frame::{Shot, integrators, processes};
+use kilauea_cluster::{ClusterError, ClusterOptions, WorkerKind, scene_from_bytes, scene_to_bytes};
+use kilauea_render::RenderError;
+use kilauea_scene::Shading;
+
+fn check(kind: &WorkerKind, numbers: &[u32]) {
+    for (name, integrator, gi) in integrators() {
+        let shot = Shot::new().with(|s| {
+            s.integrator = integrator;
+            s.gi = gi;
+        });
+        let alone = shot.alone();
+        for &n_workers in numbers {
+            let what = format!("{name}, {n_workers} workers");
+            let options = frame::options(n_workers, kind.clone());
+            let result = shot.start(options).finish().expect(&what);
+            shot.check(&alone, &result, &what);
+            assert_eq!(result.workers.len(), n_workers as usize, "{what}");
+            assert!(result.workers.iter().all(|w| w.lost.is_none()), "{what}");
+            assert!(result.network.bytes_sent > 0 && result.network.bytes_received > 0);
+            if name == "photons" {
+                assert!(result.frame.stats.photons.stored > 0, "{what}");
+            }
+        }
+    }
+}
+
+#[test]
+fn over_channels_of_bytes() {
+    check(&WorkerKind::Threads, &[1, 2, 3]);
+}
+
+#[test]
+fn over_tcp_between_processes() {
+    check(&processes(), &[1, 2, 3]);
+}
+
+#[test]
+fn with_threads_more_units_and_a_window() {
+    let shot = Shot::new().with(|s| {
+        s.threads = 3;
+        s.samples_per_pixel = 20;
+        s.data_window = Some(kilauea_scene::DataWindow {
+            min: [-3, 5],
+            max: [61, 38],
+        });
+    });
+    let result = shot.start(frame::options(2, WorkerKind::Threads)).finish();
+    shot.check(
+        &shot.alone(),
+        &result.unwrap(),
+        "two workers of three threads",
+    );
+}
+
+#[test]
+fn under_a_time_limit_workers_stop_in_time() {
+    let shot = Shot::new().with(|s| {
+        s.samples_per_pixel = 1 << 15;
+        s.time_limit_secs = Some(1.0);
+    });
+    let start = std::time::Instant::now();
+    let options = frame::options(2, WorkerKind::Threads);
+    let result = shot.start(options).finish().unwrap();
+    assert!(start.elapsed().as_secs_f64() < 6.0, "{:?}", start.elapsed());
+    let stats = &result.frame.stats;
+    assert!(
+        !stats.is_complete && stats.full_passes > 0,
+        "{} passes",
+        stats.full_passes
+    );
+}
+
+#[test]
+fn a_scene_is_the_same_after_its_bytes() {
+    let shot = Shot::new();
+    let bytes = scene_to_bytes(&shot.scene());
+    let scene = scene_from_bytes(&bytes).unwrap();
+    assert_eq!(scene_to_bytes(&scene), bytes);
+    assert_eq!(format!("{:?}", shot.scene()), format!("{scene:?}"));
+    for length in (0..bytes.len()).step_by(7) {
+        assert!(
+            scene_from_bytes(&bytes[..length]).is_err(),
+            "{length} bytes"
+        );
+    }
+}
+
+#[test]
+fn what_workers_cannot_do_is_refused_in_words() {
+    let shot = Shot::new().with(|s| s.shading = Shading::Queued);
+    let result = shot.start(frame::options(2, WorkerKind::Threads)).finish();
+    let Err(ClusterError::Failed(reason)) = result.map(|_| ()) else {
+        panic!("it renders");
+    };
+    assert!(
+        reason.contains("shading") && reason.contains("queued"),
+        "{reason}"
+    );
+
+    let shot = Shot::new().with(|s| s.samples_per_pixel = 0);
+    let refused = kilauea_cluster::ClusterJob::start(
+        &shot.scene(),
+        &shot.settings,
+        frame::options(1, WorkerKind::Threads),
+    );
+    let error = refused.map(|_| ()).unwrap_err();
+    assert!(
+        matches!(error, ClusterError::Render(RenderError::Setting { .. })),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_program_that_is_no_worker_is_given_up() {
+    let shot = Shot::new();
+    let kind = WorkerKind::Processes {
+        program: "/bin/false".into(),
+        arguments: Vec::new(),
+    };
+    let options = ClusterOptions {
+        max_restarts: 2,
+        ..frame::options(1, kind)
+    };
+    let error = shot.start(options).finish().map(|_| ()).unwrap_err();
+    let ClusterError::NoWorkers { n_started, reason } = &error else {
+        panic!("{error}");
+    };
+    assert_eq!(*n_started, 3);
+    assert!(reason.contains("ended"), "{reason}");
+}

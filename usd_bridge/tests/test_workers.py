@@ -1,0 +1,139 @@
+"""Frames that several processes render, any of which may die."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("kilauea._native")
+oiio = pytest.importorskip("OpenImageIO")
+
+COMMAND = Path(sys.executable).with_name("kilauea")
+SCENES = Path(__file__).parents[2] / "tests/scenes"
+BOX = SCENES / "cornell_box/cornell-box.usda"
+
+
+def start(out, *flags):
+    flags = ("-r", 96, 64, "-j", 1, "--stats", out.with_suffix(".json"), *flags)
+    argv = [COMMAND, "render", BOX, "-o", out, *flags]
+    return subprocess.Popen([*map(str, argv)], stderr=subprocess.PIPE, text=True)
+
+
+def finish(process, code=0):
+    _, errors = process.communicate(timeout=120)
+    assert process.returncode == code, errors
+    return errors
+
+
+def render(out, *flags):
+    finish(start(out, *flags))
+    return pixels(out), json.loads(out.with_suffix(".json").read_text())
+
+
+def pixels(file):
+    image = oiio.ImageBuf(str(file))
+    assert not image.has_error, image.geterror()
+    return image.get_pixels(oiio.FLOAT)
+
+
+def children(pid):
+    """Processes that a process has started."""
+    listed = Path(f"/proc/{pid}/task/{pid}/children")
+    return [int(child) for child in listed.read_text().split()]
+
+
+def wait_for(condition, seconds=60.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "it did not happen"
+        time.sleep(0.005)
+
+
+@pytest.mark.parametrize(
+    "flags", [[], ["--integrator", "kilauea"], ["--gi", "consistent"]], ids=str
+)
+def test_workers_render_the_same_pixels(tmp_path, flags):
+    flags = [*flags, "-p", 8]
+    alone, stats = render(tmp_path / "alone.exr", *flags)
+    assert stats["workers"] == []
+    assert stats["network"] == {"bytes_sent": 0, "bytes_received": 0, "messages": 0}
+    for n_workers in (1, 2):
+        shared, stats = render(tmp_path / "shared.exr", *flags, "--workers", n_workers)
+        np.testing.assert_array_equal(alone, shared)
+        assert [worker["rank"] for worker in stats["workers"]] == list(range(n_workers))
+        assert all(worker["lost"] is None for worker in stats["workers"])
+        assert sum(worker["units"] for worker in stats["workers"]) >= 6
+        assert stats["network"]["bytes_sent"] > 10_000
+
+
+def test_a_worker_that_is_killed_is_replaced(tmp_path):
+    flags = ("-p", 64)
+    alone, _ = render(tmp_path / "alone.exr", *flags)
+    process = start(tmp_path / "shared.exr", *flags, "--workers", 2)
+    wait_for(lambda: len(children(process.pid)) == 2)
+    time.sleep(0.7)
+    os.kill(children(process.pid)[0], signal.SIGKILL)
+    finish(process)
+    np.testing.assert_array_equal(alone, pixels(tmp_path / "shared.exr"))
+    stats = json.loads((tmp_path / "shared.json").read_text())
+    assert [w["incarnation"] for w in stats["workers"] if w["lost"]] == [0]
+
+
+def test_a_command_that_is_killed_goes_on(tmp_path):
+    flags = ("-p", 256, "--workers", 2, "--resume")
+    out = tmp_path / "out.exr"
+    journal = tmp_path / "out.exr.journal"
+    alone, alone_stats = render(tmp_path / "alone.exr", "-p", 256)
+    process = start(out, *flags)
+    # Two tiles and the manifest.
+    wait_for(lambda: journal.exists() and journal.stat().st_size > 300_000)
+    workers = children(process.pid)
+    process.kill()
+    process.communicate()
+    wait_for(lambda: not any(is_running(pid) for pid in workers), seconds=10.0)
+    assert not out.exists()
+
+    shared, stats = render(out, *flags)
+    np.testing.assert_array_equal(alone, shared)
+    assert not journal.exists()
+    assert stats["rays"] == alone_stats["rays"]
+    traced = sum(worker["rays"] for worker in stats["workers"])
+    assert 0 < traced < sum(stats["rays"].values())
+
+
+def is_running(pid):
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+def test_the_token_can_be_read_nowhere(tmp_path):
+    process = start(tmp_path / "out.exr", "-p", 64, "--workers", 1)
+    wait_for(lambda: children(process.pid))
+    (worker,) = children(process.pid)
+    wait_for(lambda: b"kilauea" in Path(f"/proc/{worker}/cmdline").read_bytes())
+    command = Path(f"/proc/{worker}/cmdline").read_bytes().split(b"\0")
+    environment = Path(f"/proc/{worker}/environ").read_bytes().split(b"\0")
+    console = Path(f"/proc/{process.pid}/environ").read_bytes().split(b"\0")
+    finish(process)
+    assert command[1:] == [b"-m", b"kilauea.worker", b""]
+    assert set(environment) <= set(console)
+
+
+def test_a_worker_without_a_ticket_says_so():
+    done = subprocess.run(
+        [COMMAND, "worker"], input="nonsense\n", capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 1
+    assert "ticket" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
