@@ -1,7 +1,8 @@
-use kilauea_cluster::{ClusterJob, ClusterOptions, WorkerKind};
+use kilauea_cluster::{ClusterJob, ClusterOptions, Ticket, WorkerKind};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
 use serde::Deserialize;
+use std::net::IpAddr;
 use std::path::PathBuf;
 
 use crate::error::render_error;
@@ -18,12 +19,37 @@ pub(crate) struct AssembledScene {
 
 /// How a frame is shared out.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 struct Workers {
     n_workers: u32,
-    /// What starts a worker, which then calls `run_worker`.
-    command: Vec<String>,
+    #[serde(flatten)]
+    kind: Kind,
     journal: Option<PathBuf>,
+}
+
+/// Who starts workers.
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    /// We do, by this command, which then calls `run_worker`.
+    Command(Vec<String>),
+    /// The caller, who takes tickets from the job, on machines that reach this one at that address.
+    Host(IpAddr),
+}
+
+impl Kind {
+    fn into_workers(self) -> PyResult<WorkerKind> {
+        let mut command = match self {
+            Self::Host(host) => return Ok(WorkerKind::Elsewhere { host }),
+            Self::Command(command) => command.into_iter(),
+        };
+        let program = command
+            .next()
+            .ok_or_else(|| render_error("the command is empty"))?;
+        Ok(WorkerKind::Processes {
+            program: program.into(),
+            arguments: command.map(Into::into).collect(),
+        })
+    }
 }
 
 #[pymethods]
@@ -33,8 +59,9 @@ impl AssembledScene {
         self.warnings.clone()
     }
 
-    /// Start workers that render; `workers_json` is an object with `n_workers`, `command`, which is a
-    /// list, and `journal`, which is a file or null.
+    /// Have workers render; `workers_json` is an object with `n_workers`, `journal`, which is a file or
+    /// null, and either `command`, a list that starts a worker, or `host`, this machine's address for
+    /// workers whose tickets the caller takes.
     fn render(
         &self,
         py: Python<'_>,
@@ -44,14 +71,7 @@ impl AssembledScene {
     ) -> PyResult<RenderJob> {
         let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
         let workers: Workers = serde_json::from_str(workers_json).map_err(render_error)?;
-        let mut command = workers.command.into_iter();
-        let program = command
-            .next()
-            .ok_or_else(|| render_error("the command is empty"))?;
-        let kind = WorkerKind::Processes {
-            program: program.into(),
-            arguments: command.map(Into::into).collect(),
-        };
+        let kind = workers.kind.into_workers()?;
         let options = ClusterOptions {
             journal: workers.journal,
             specialize_rays: self.specialize_rays,
@@ -64,8 +84,21 @@ impl AssembledScene {
     }
 }
 
-/// Work for the console whose ticket is on standard input, until there is nothing to do.
+/// Work for the console that a ticket names, a line of JSON, until there is nothing to do. The ticket
+/// is on standard input where none is given.
 #[pyfunction]
-pub(crate) fn run_worker(py: Python<'_>) -> PyResult<()> {
-    py.detach(kilauea_cluster::run_worker).map_err(render_error)
+#[pyo3(signature = (ticket_json = None))]
+pub(crate) fn run_worker(py: Python<'_>, ticket_json: Option<&str>) -> PyResult<()> {
+    let Some(ticket_json) = ticket_json else {
+        return py.detach(kilauea_cluster::run_worker).map_err(render_error);
+    };
+    let ticket: Ticket = serde_json::from_str(ticket_json).map_err(render_error)?;
+    py.detach(|| kilauea_cluster::run_worker_for(&ticket))
+        .map_err(render_error)
+}
+
+/// What tells builds of the engine apart: only equal ones render together.
+#[pyfunction]
+pub(crate) fn build_hash() -> String {
+    format!("{:016x}", kilauea_cluster::build_hash())
 }

@@ -163,6 +163,24 @@ impl RenderJob {
         self.with_job(AnyJob::progress)
     }
 
+    /// The tickets of workers that the caller is to start, each once, as lines of JSON.
+    fn take_tickets(&self) -> PyResult<Vec<String>> {
+        let tickets = self.with_job(|job| match job {
+            AnyJob::Threads(_) => Vec::new(),
+            AnyJob::Workers(job) => job.take_tickets(),
+        })?;
+        let lines = tickets.iter().map(serde_json::to_string);
+        lines.collect::<Result<_, _>>().map_err(render_error)
+    }
+
+    /// Say that a worker has ended whom the caller started, by the epoch on its ticket.
+    fn worker_ended(&self, epoch: u32, reason: String) -> PyResult<()> {
+        self.with_job(|job| match job {
+            AnyJob::Threads(_) => {}
+            AnyJob::Workers(job) => job.worker_ended(epoch, reason),
+        })
+    }
+
     /// Make rendering stop soon.
     fn cancel(&self) -> PyResult<()> {
         self.with_job(AnyJob::cancel)

@@ -20,7 +20,7 @@ mod shaders;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::assembled::{AssembledScene, run_worker};
+    use crate::assembled::{AssembledScene, build_hash, run_worker};
     #[pymodule_export]
     use crate::build::{assemble_scene, build_scene};
     #[pymodule_export]

@@ -12,8 +12,8 @@ use crate::link::Link;
 use crate::protocol::{Challenge, FrameError, FrameKind, Hello, Message, PROTOCOL, Refused};
 use crate::ticket::{Ticket, Token};
 
-/// Time for all of it.
-const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(2);
+/// Time for all of it, and before that for TLS.
+pub(crate) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(2);
 /// Most bytes of a frame before the token has been proved.
 const MAX_BODY_BYTES: u32 = 1 << 10;
 

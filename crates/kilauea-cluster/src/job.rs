@@ -11,6 +11,7 @@ use tokio::sync::Notify;
 use crate::console::{ClusterResult, Console};
 use crate::error::ClusterError;
 use crate::options::ClusterOptions;
+use crate::ticket::Ticket;
 use crate::worker::runtime;
 
 /// A frame in the making.
@@ -33,6 +34,10 @@ pub(crate) struct Status {
 struct State {
     fraction_done: f64,
     pids: Vec<u32>,
+    /// For workers that somebody else starts.
+    tickets: Vec<Ticket>,
+    /// Workers that somebody else knows to have ended: epochs and reasons.
+    ended: Vec<(u32, String)>,
     has_ended: bool,
 }
 
@@ -84,6 +89,17 @@ impl ClusterJob {
         self.status.lock().pids.clone()
     }
 
+    /// Tickets of workers that are to be started elsewhere, each once.
+    pub fn take_tickets(&self) -> Vec<Ticket> {
+        std::mem::take(&mut self.status.lock().tickets)
+    }
+
+    /// Says that a worker has ended, by the epoch on its ticket: whoever started it may know sooner
+    /// than its link does.
+    pub fn worker_ended(&self, epoch: u32, reason: String) {
+        self.status.lock().ended.push((epoch, reason));
+    }
+
     /// Makes rendering stop soon.
     pub fn cancel(&self) {
         self.status.is_cancelled.store(true, Ordering::Relaxed);
@@ -98,10 +114,15 @@ impl ClusterJob {
 }
 
 impl Status {
-    pub(crate) fn set(&self, fraction_done: f64, pids: Vec<u32>) {
+    pub(crate) fn set(&self, fraction_done: f64, pids: Vec<u32>, tickets: Vec<Ticket>) {
         let mut state = self.lock();
         state.fraction_done = fraction_done;
         state.pids = pids;
+        state.tickets.extend(tickets);
+    }
+
+    pub(crate) fn take_ended(&self) -> Vec<(u32, String)> {
+        std::mem::take(&mut self.lock().ended)
     }
 
     pub(crate) fn is_cancelled(&self) -> bool {

@@ -20,6 +20,7 @@ pub mod protocol;
 mod scene;
 mod stats;
 mod ticket;
+mod tls;
 mod worker;
 
 pub use console::ClusterResult;
@@ -31,4 +32,5 @@ pub use options::{ClusterOptions, WorkerKind};
 pub use scene::{SceneBytesError, scene_from_bytes, scene_to_bytes};
 pub use stats::{NetworkStats, WorkerStats};
 pub use ticket::{Ticket, Token};
-pub use worker::{WorkerError, run_worker};
+pub use tls::Identity;
+pub use worker::{WorkerError, run_worker, run_worker_for};

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, DuplexStream};
 use tokio::net::TcpStream;
+use tokio_rustls::TlsStream;
 
 use crate::protocol::{Expected, Frame, FrameError, HEADER_BYTES, Header};
 
@@ -78,7 +79,26 @@ impl Link {
 
     /// Over one end of a channel within this process.
     pub fn over_channel(end: DuplexStream, session: u64, traffic: Arc<Traffic>) -> Self {
-        let (reader, writer) = tokio::io::split(end);
+        Self::over(end, session, traffic)
+    }
+
+    /// Over a connection that others cannot read.
+    pub(crate) fn over_tls(
+        stream: impl Into<TlsStream<TcpStream>>,
+        session: u64,
+        traffic: Arc<Traffic>,
+    ) -> io::Result<Self> {
+        let stream = stream.into();
+        stream.get_ref().0.set_nodelay(true)?;
+        Ok(Self::over(stream, session, traffic))
+    }
+
+    fn over(
+        stream: impl AsyncRead + AsyncWrite + Send + Unpin + 'static,
+        session: u64,
+        traffic: Arc<Traffic>,
+    ) -> Self {
+        let (reader, writer) = tokio::io::split(stream);
         Self::new(Box::new(reader), Box::new(writer), session, traffic)
     }
 }

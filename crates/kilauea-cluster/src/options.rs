@@ -1,6 +1,7 @@
 //! How a frame is shared out.
 
 use std::ffi::OsString;
+use std::net::IpAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -16,6 +17,12 @@ pub enum WorkerKind {
         program: PathBuf,
         /// What it is called with.
         arguments: Vec<OsString>,
+    },
+    /// Started by somebody else, on machines that reach this one at `host`: each ticket has to be
+    /// taken ([`crate::ClusterJob::take_tickets`]) and brought to [`crate::run_worker_for`].
+    Elsewhere {
+        /// Address of this machine.
+        host: IpAddr,
     },
 }
 
@@ -34,6 +41,8 @@ pub struct ClusterOptions {
     pub dead_after: Duration,
     /// Where results are kept until the frame is done; nowhere if absent.
     pub journal: Option<PathBuf>,
+    /// Whether links use TLS, with certificates made for this frame.
+    pub tls: bool,
     /// Whether rays skip the code for what the scene does not have.
     pub specialize_rays: bool,
 }
@@ -43,9 +52,10 @@ impl ClusterOptions {
     pub fn new(n_workers: u32, kind: WorkerKind) -> Self {
         Self {
             n_workers,
+            tls: matches!(kind, WorkerKind::Elsewhere { .. }),
             kind,
             max_restarts: n_workers.saturating_mul(3),
-            patience: Duration::from_secs(60),
+            patience: Duration::from_mins(1),
             dead_after: Duration::from_secs(2),
             journal: None,
             specialize_rays: true,

@@ -5,6 +5,8 @@ use std::io;
 
 use serde::{Deserialize, Serialize};
 
+use crate::tls::Identity;
+
 /// A secret of 32 random bytes that all processes of a session know.
 #[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
@@ -27,6 +29,9 @@ pub struct Ticket {
     pub incarnation: u32,
     /// The life that it begins.
     pub epoch: u32,
+    /// What it shows in the TLS handshake; no TLS without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub identity: Option<Identity>,
 }
 
 impl Token {

@@ -121,7 +121,11 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("-j", "--threads", type=int, default=0, help="0 all cores, -1 all but one; of each worker")
     add("--workers", type=positive, metavar="N", help="processes that render, on this machine")
     add("--resume", action="store_true", help="keep results, and go on from those kept")
-    add("--cluster", metavar="ADDRESS")
+    add(
+        "--cluster",
+        metavar="ADDRESS",
+        help="render on the machines of a Ray cluster; auto, or host:port",
+    )
     add("--shading", choices=("inline", "queued", "bytes"), help="how questions are answered")
     add("--shade-memory", type=positive, metavar="MIB", help="64 by default; where shades wait")
     add("--stats", metavar="OUT.json", help="what the render did and took")

@@ -105,12 +105,6 @@ def _parser(command: str) -> _MainParser:
 def _render(args: argparse.Namespace) -> int:
     from kilauea import shot
 
-    if args.cluster is not None:
-        raise UsageError("--cluster is not built yet")
-    if args.resume and args.workers is None:
-        raise UsageError("--resume goes on from what workers left: it needs --workers")
-    if args.workers is not None and args.shading not in (None, "inline"):
-        raise UsageError(f"workers render with --shading inline, not {args.shading}")
     for flag in _FLAGS_NOT_BUILT_YET:
         if getattr(args, flag):
             request.print_warning(f"--{flag} is not built yet: ignored")

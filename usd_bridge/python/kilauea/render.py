@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kilauea import interrupt, worker
 from kilauea.clock import process_age
@@ -16,6 +16,9 @@ from kilauea.errors import KilaueaError
 from kilauea.output import write_text
 from kilauea.payload import Frame
 from kilauea.progress import Progress, duration
+
+if TYPE_CHECKING:
+    from kilauea.ray_workers import RayWorkers
 
 DEFAULTS: dict[str, Any] = {
     "resolution": [640, 360],
@@ -69,8 +72,15 @@ class RenderOptions:
     """Print `ALF_PROGRESS` lines."""
     workers: int | None = None
     """Render in so many processes, of which each has `settings.threads`."""
+    cluster: RayWorkers | None = None
+    """Render on these machines instead."""
     resume: bool = False
     """Keep what workers have rendered beside the first output, and go on from what is there."""
+
+    @property
+    def has_workers(self) -> bool:
+        """Whether other processes render."""
+        return self.workers is not None or self.cluster is not None
 
 
 def native() -> Any:
@@ -103,7 +113,7 @@ def build_scene(frame: Frame, options: RenderOptions) -> Any:
     engine = native()
     try:
         # Workers build what they trace.
-        make = engine.build_scene if options.workers is None else engine.assemble_scene
+        make = engine.assemble_scene if options.has_workers else engine.build_scene
         return interrupt.run(lambda: make(frame, build_options(frame, options)))
     except (engine.SceneError, engine.RenderError) as error:
         raise KilaueaError(str(error)) from None
@@ -149,7 +159,7 @@ def render_frame(
         }
         settings = settings_record(frame, options)
         job = scene.render(json.dumps(settings), json.dumps(metadata), *_sharing(options))
-        wait(job, Progress(options.verbosity >= 2, options.alfred))
+        wait(job, Progress(options.verbosity >= 2, options.alfred), options.cluster)
         stats = interrupt.run(lambda: json.loads(job.finish(options.outputs)), interrupt.GRACE_SECS)
     except (engine.SceneError, engine.RenderError) as error:
         raise KilaueaError(str(error)) from None
@@ -161,10 +171,15 @@ def render_frame(
 
 def _sharing(options: RenderOptions) -> list[str]:
     """Return how the work is shared out, where other processes do it."""
-    if options.workers is None:
+    if not options.has_workers:
         return []
-    journal = options.outputs[0] + JOURNAL_SUFFIX if options.resume else None
-    sharing = {"n_workers": options.workers, "command": worker.COMMAND, "journal": journal}
+    sharing: dict[str, Any] = {
+        "journal": options.outputs[0] + JOURNAL_SUFFIX if options.resume else None
+    }
+    if options.cluster is None:
+        sharing |= {"n_workers": options.workers, "command": worker.COMMAND}
+    else:
+        sharing |= {"n_workers": options.cluster.n_workers, "host": options.cluster.console_host}
     return [json.dumps(sharing)]
 
 
@@ -183,10 +198,12 @@ def summary(stats: dict[str, Any], outputs: list[str]) -> str:
     return "  ".join(parts)
 
 
-def wait(job: Any, progress: Progress) -> None:
+def wait(job: Any, progress: Progress, cluster: RayWorkers | None = None) -> None:
     """Show how far a render is until it has stopped; an interrupt cancels it."""
     try:
         while not job.wait(_POLL_SECS):
+            if cluster is not None:
+                cluster.serve(job)
             progress.update(*job.progress())
     except KeyboardInterrupt:
         progress.close()

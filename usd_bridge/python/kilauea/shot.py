@@ -5,14 +5,17 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from kilauea import framespec, interrupt, request
 from kilauea.arguments import subdivision_level
 from kilauea.clock import process_age
-from kilauea.errors import TimeLimitError
+from kilauea.errors import TimeLimitError, UsageError
 from kilauea.payload import Frame
 from kilauea.render import RenderOptions, build_options, build_scene, render_frame, summary
+
+if TYPE_CHECKING:
+    from kilauea.ray_workers import RayWorkers
 
 
 class Made:
@@ -40,7 +43,7 @@ class Made:
 
     def scene(self, frame: Frame, options: RenderOptions) -> Any:
         """Build what it takes to trace the last frame, if it was not built that way."""
-        wanted = (build_options(frame, options), options.workers is None)
+        wanted = (build_options(frame, options), options.has_workers)
         if self._scene is None or wanted != self._scene_options:
             self._scene = None
             self._scene = build_scene(frame, options)
@@ -69,6 +72,32 @@ def render(
     The exit code: 0, or that of a time limit before one full pass.
     """
     made = made or Made()
+    cluster = _ray_workers(args)
+    try:
+        return _render(args, stage, made, begun, cluster)
+    finally:
+        if cluster is not None:
+            cluster.close()
+
+
+def _ray_workers(args: argparse.Namespace) -> RayWorkers | None:
+    if args.workers is None and args.cluster is None and args.resume:
+        raise UsageError("--resume goes on from what workers left: it needs --workers or --cluster")
+    if args.workers is not None and args.cluster is not None:
+        raise UsageError("--workers are of this machine, and --cluster has one on each: not both")
+    has_workers = args.workers is not None or args.cluster is not None
+    if has_workers and args.shading not in (None, "inline"):
+        raise UsageError(f"workers render with --shading inline, not {args.shading}")
+    if args.cluster is None:
+        return None
+    from kilauea.ray_workers import RayWorkers
+
+    return RayWorkers(args.cluster)
+
+
+def _render(
+    args: argparse.Namespace, stage: Any, made: Made, begun: float, cluster: RayWorkers | None
+) -> int:
     settings = request.engine_settings(args)
     max_level = subdivision_level(args.complexity)
     verbosity, letters = request.verbosity(args.verbose)
@@ -96,6 +125,7 @@ def render(
             verbosity=verbosity,
             alfred="a" in letters,
             workers=args.workers,
+            cluster=cluster,
             resume=args.resume,
         )
         stats = render_frame(frame, options, made.scene)

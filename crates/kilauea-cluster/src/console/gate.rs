@@ -1,13 +1,16 @@
 //! Lets workers in: the handshake, then the scene, then frames both ways.
 
 use std::collections::HashMap;
+use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, mpsc};
+use tokio::time::timeout;
+use tokio_rustls::TlsAcceptor;
 
-use crate::handshake::receive_worker;
+use crate::handshake::{HANDSHAKE_TIMEOUT, receive_worker};
 use crate::link::{FrameReader, FrameWriter, Link, Traffic};
 use crate::protocol::{Frame, FrameError, Hello, Message, SceneBytes, Start};
 use crate::ticket::Token;
@@ -40,6 +43,8 @@ pub(super) enum Event {
 pub(super) struct Gate {
     pub(super) token: Token,
     pub(super) session: u64,
+    /// For connections of other machines.
+    pub(super) tls: Option<TlsAcceptor>,
     pub(super) traffic: Arc<Traffic>,
     pub(super) payload: Arc<Payload>,
     pub(super) expected: Expected,
@@ -96,12 +101,21 @@ impl Gate {
             };
             let gate = self.clone();
             tokio::spawn(async move {
-                if let Ok(link) = Link::over_tcp(stream, gate.session, Arc::clone(&gate.traffic)) {
+                if let Ok(link) = gate.link_over(stream).await {
                     gate.receive(link).await;
                 }
                 drop(place);
             });
         }
+    }
+
+    async fn link_over(&self, stream: TcpStream) -> io::Result<Link> {
+        let traffic = Arc::clone(&self.traffic);
+        let Some(tls) = &self.tls else {
+            return Link::over_tcp(stream, self.session, traffic);
+        };
+        let stream = timeout(HANDSHAKE_TIMEOUT, tls.accept(stream)).await??;
+        Link::over_tls(stream, self.session, traffic)
     }
 
     /// Lets a worker in, or sends it away. One that was to come and does not is missed by the console.

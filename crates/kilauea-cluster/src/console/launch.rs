@@ -17,6 +17,8 @@ pub(super) enum Launched {
     Process(WorkerProcess),
     /// Our end of the channel to it.
     Thread(tokio::io::DuplexStream),
+    /// Somebody else will.
+    Elsewhere,
 }
 
 /// A process that ends with this value.
@@ -48,6 +50,7 @@ impl Drop for WorkerProcess {
 /// Starts the worker that a ticket is for.
 pub(super) fn launch(kind: &WorkerKind, ticket: &Ticket) -> io::Result<Launched> {
     match kind {
+        WorkerKind::Elsewhere { .. } => Ok(Launched::Elsewhere),
         WorkerKind::Threads => launch_thread(ticket.clone()).map(Launched::Thread),
         WorkerKind::Processes { program, arguments } => {
             let mut child = Command::new(program)

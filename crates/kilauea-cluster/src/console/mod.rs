@@ -10,6 +10,7 @@ mod roster;
 mod tests;
 
 use std::collections::BTreeMap;
+use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -30,7 +31,8 @@ use crate::plan::Plan;
 use crate::protocol::{Finish, Frame, Lease, LeaseStart, Manifest, Message, PassesOver, Start};
 use crate::scene::scene_to_bytes;
 use crate::stats::{NetworkStats, WorkerStats};
-use crate::ticket::{Token, random_u64};
+use crate::ticket::{Ticket, Token, random_u64};
+use crate::tls::Authority;
 use crate::worker::HEARTBEAT;
 use gate::{Event, Expected, Gate, Payload};
 use peer::{Peer, Stage};
@@ -38,6 +40,8 @@ use results::{restore, settings_hash};
 
 /// Events that wait to be handled.
 const MAX_EVENTS: usize = 256;
+/// Threads of a worker on another machine, as far as it matters how finely work is cut.
+const THREADS_ELSEWHERE: u32 = 16;
 /// Time after a time limit for units that are being rendered.
 const LIMIT_GRACE: Duration = Duration::from_secs(1);
 /// Time for workers to say how it went.
@@ -66,6 +70,10 @@ pub(crate) struct Console {
     gate: Gate,
     events: mpsc::Receiver<Event>,
     address: String,
+    /// Signs what workers show; none without TLS.
+    authority: Option<Authority>,
+    /// For those who start workers elsewhere.
+    tickets: Vec<Ticket>,
     /// By epoch.
     peers: BTreeMap<u32, Peer>,
     lost: Vec<WorkerStats>,
@@ -85,12 +93,16 @@ impl Console {
         options: ClusterOptions,
     ) -> Result<Self, ClusterError> {
         let begun = Instant::now();
-        let settings = &with_threads(settings, options.n_workers);
+        let settings = &with_threads(settings, &options);
         scene
             .validate()
             .map_err(kilauea_render::RenderError::from)?;
         let mut frame = CollectedFrame::new(settings)?;
-        let n_threads = options.n_workers.saturating_mul(settings.threads);
+        let n_threads = match settings.threads {
+            0 => THREADS_ELSEWHERE,
+            n => n,
+        };
+        let n_threads = options.n_workers.saturating_mul(n_threads);
         let plan = Plan::new(&frame, settings, n_threads);
         let mut ledger = Ledger::new(plan, options.patience);
         let scene = scene_to_bytes(scene);
@@ -105,6 +117,10 @@ impl Console {
         let journal = journal
             .map(|path| Journal::open(path, &manifest, restore))
             .transpose()?;
+        let authority = options.tls.then(Authority::new).transpose()?;
+        let acceptor = authority
+            .as_ref()
+            .map(|authority| authority.console()?.acceptor());
         let (sender, events) = mpsc::channel(MAX_EVENTS);
         let start = Start {
             settings: settings.clone(),
@@ -116,6 +132,7 @@ impl Console {
             gate: Gate {
                 token: Token::random()?,
                 session: random_u64()?,
+                tls: acceptor.transpose()?,
                 traffic: Arc::new(Traffic::default()),
                 payload: Arc::new(Payload {
                     start,
@@ -131,6 +148,8 @@ impl Console {
             journal,
             events,
             address: String::new(),
+            authority,
+            tickets: Vec::new(),
             peers: BTreeMap::new(),
             lost: Vec::new(),
             reports: Vec::new(),
@@ -153,8 +172,13 @@ impl Console {
 
     /// Starts the workers.
     async fn open(&mut self) -> Result<(), ClusterError> {
-        if matches!(self.options.kind, WorkerKind::Processes { .. }) {
-            let listener = TcpListener::bind("127.0.0.1:0").await?;
+        let host = match self.options.kind {
+            WorkerKind::Threads => None,
+            WorkerKind::Processes { .. } => Some(IpAddr::from(Ipv4Addr::LOCALHOST)),
+            WorkerKind::Elsewhere { host } => Some(host),
+        };
+        if let Some(host) = host {
+            let listener = TcpListener::bind((host, 0)).await?;
             self.address = listener.local_addr()?.to_string();
             tokio::spawn(self.gate.clone().listen(listener));
         }
@@ -177,7 +201,11 @@ impl Console {
                 self.lend()?;
             }
             self.tell_passes_over();
-            status.set(self.frame.progress(), self.pids());
+            for (epoch, reason) in status.take_ended() {
+                self.replace(epoch, &reason)?;
+            }
+            let tickets = std::mem::take(&mut self.tickets);
+            status.set(self.frame.progress(), self.pids(), tickets);
         }
         Ok(())
     }
@@ -298,12 +326,14 @@ impl Console {
     }
 }
 
-/// The same settings with a number of threads for one of so many workers.
-fn with_threads(settings: &RenderSettings, n_workers: u32) -> RenderSettings {
+/// The same settings with the number of threads of one worker, 0 for all cores of its machine.
+fn with_threads(settings: &RenderSettings, options: &ClusterOptions) -> RenderSettings {
     let n_cores = std::thread::available_parallelism().map_or(1, usize::from) as u32;
-    let threads = match settings.threads {
-        0 => (n_cores / n_workers.max(1)).max(1),
-        n => n,
+    let threads = match (settings.threads, &options.kind) {
+        (0, WorkerKind::Threads | WorkerKind::Processes { .. }) => {
+            (n_cores / options.n_workers.max(1)).max(1)
+        }
+        (n, _) => n,
     };
     RenderSettings {
         threads,

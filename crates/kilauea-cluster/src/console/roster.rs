@@ -13,6 +13,7 @@ use crate::link::Link;
 use crate::protocol::{Heartbeat, Message};
 use crate::stats::WorkerStats;
 use crate::ticket::Ticket;
+use crate::tls::Authority;
 use crate::worker::HEARTBEAT;
 
 impl Console {
@@ -27,6 +28,7 @@ impl Console {
             rank,
             incarnation,
             epoch,
+            identity: self.authority.as_ref().map(Authority::worker).transpose()?,
         };
         self.gate.expected.add(epoch, rank, incarnation);
         let mut stats = WorkerStats {
@@ -44,6 +46,10 @@ impl Console {
                 let link = Link::over_channel(end, self.gate.session, traffic);
                 let gate = self.gate.clone();
                 tokio::spawn(async move { gate.receive(link).await });
+                None
+            }
+            Launched::Elsewhere => {
+                self.tickets.push(ticket);
                 None
             }
         };

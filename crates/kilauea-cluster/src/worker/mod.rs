@@ -13,7 +13,7 @@ use tokio::net::TcpStream;
 use tokio::sync::mpsc;
 use tokio::time::{interval, timeout};
 
-use crate::handshake::{HandshakeError, join_console};
+use crate::handshake::{HANDSHAKE_TIMEOUT, HandshakeError, join_console};
 use crate::link::{FrameReader, FrameWriter, Link, Traffic};
 use crate::protocol::{
     Failed, Finish, Frame, FrameError, FrameKind, Heartbeat, Lease, Message, PassesOver, Ready,
@@ -73,18 +73,32 @@ pub fn run_worker() -> Result<(), WorkerError> {
     io::stdin().lock().read_line(&mut line)?;
     let ticket: Ticket =
         serde_json::from_str(&line).map_err(|error| WorkerError::Ticket(error.to_string()))?;
+    run_worker_for(&ticket)
+}
+
+/// Works for the console that a ticket names, until there is nothing to do.
+pub fn run_worker_for(ticket: &Ticket) -> Result<(), WorkerError> {
     let runtime = runtime()?;
     runtime.block_on(async {
-        let connect_error = |error| WorkerError::Connect {
-            address: ticket.address.clone(),
-            error,
-        };
-        let stream = TcpStream::connect(&ticket.address)
+        let link = connect(ticket)
             .await
-            .map_err(connect_error)?;
-        let link = Link::over_tcp(stream, ticket.session, Arc::new(Traffic::default()))?;
-        work(link, &ticket).await
+            .map_err(|error| WorkerError::Connect {
+                address: ticket.address.clone(),
+                error,
+            })?;
+        work(link, ticket).await
     })
+}
+
+async fn connect(ticket: &Ticket) -> io::Result<Link> {
+    let stream = TcpStream::connect(&ticket.address).await?;
+    let traffic = Arc::new(Traffic::default());
+    let Some(identity) = &ticket.identity else {
+        return Link::over_tcp(stream, ticket.session, traffic);
+    };
+    let (connector, name) = identity.connector()?;
+    let stream = timeout(HANDSHAKE_TIMEOUT, connector.connect(name, stream)).await??;
+    Link::over_tls(stream, ticket.session, traffic)
 }
 
 /// Works at one end of a link.
