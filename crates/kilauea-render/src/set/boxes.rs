@@ -73,15 +73,12 @@ impl ChunkBoxes {
                 };
                 let placed = geometry.placed_bounds(placement, bounds);
                 let same = entries[begin..].iter().position(|other| *other == entry);
-                match same.filter(|_| is_shared) {
-                    Some(idx) => {
-                        let all: &mut Bounds3 = &mut boxes[begin + idx];
-                        *all = all.union(&placed);
-                    }
-                    None => {
-                        boxes.push(placed);
-                        entries.push(entry);
-                    }
+                if let Some(idx) = same.filter(|_| is_shared) {
+                    let all: &mut Bounds3 = &mut boxes[begin + idx];
+                    *all = all.union(&placed);
+                } else {
+                    boxes.push(placed);
+                    entries.push(entry);
                 }
             }
         }

@@ -168,9 +168,10 @@ impl Traffic {
                     asked: get(asked),
                 })
                 .collect(),
-            box_bytes: match samples.is_empty() {
-                true => Vec::new(),
-                false => set.boxes.unit_bytes().to_vec(),
+            box_bytes: if samples.is_empty() {
+                Vec::new()
+            } else {
+                set.boxes.unit_bytes().to_vec()
             },
             samples: samples.clone(),
         }
