@@ -66,7 +66,7 @@ def draw_rates(rows: list[dict[str, Any]], axes: Any) -> None:
             law = [row["law_mrays_per_machine"] for row in line]
             axes.plot(sizes, law, color=color, linestyle="", marker="x", alpha=0.5)
     axes.set_xlabel("members of a set")
-    axes.set_ylabel("million rays a second and machine (crosses: law)")
+    axes.set_ylabel("Mrays/s of a machine (crosses: law)")
 
 
 def draw_frames(rows: list[dict[str, Any]], axes: Any) -> None:
