@@ -1,8 +1,9 @@
 """Draws what the simulation says of sets: `plot_scaling.py SWEEP.json STEM`.
 
 The rows are those of `cargo run --release -p kilauea-sim --example sweep`. Writes `STEM.svg` and
-`STEM.png`: rays a machine gets answered by size of the set, a line for each network and rule, beside
-the closed form; and seconds of a frame by number of machines, beside the ideal. Needs matplotlib.
+`STEM.png`: rays a machine gets answered by size of the set, a line for each network and rule,
+beside the closed form; and seconds of a frame by number of machines, beside the ideal. Needs
+matplotlib.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ def draw_rates(rows: list[dict[str, Any]], axes: Any) -> None:
             law = [row["law_mrays_per_machine"] for row in line]
             axes.plot(sizes, law, color=color, linestyle="", marker="x", alpha=0.5)
     axes.set_xlabel("members of a set")
-    axes.set_ylabel("million rays a second and machine (×: law)")
+    axes.set_ylabel("Mrays/s of a machine (crosses: law)")
 
 
 def draw_frames(rows: list[dict[str, Any]], axes: Any) -> None:

@@ -1,4 +1,4 @@
-use kilauea_render::PreparedScene;
+use kilauea_render::{PrepareOptions, PreparedScene, SetPlan};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
 use serde_json::json;
@@ -49,6 +49,20 @@ impl Scene {
             .map_err(render_error)?;
         let scene = &self.prepared.scene;
         RenderJob::new(AnyJob::Threads(job), scene, &settings, metadata_json)
+    }
+
+    /// The same scene with its surfaces spread evenly over so many members of a set in this process.
+    fn spread(&self, py: Python<'_>, n_members: usize) -> PyResult<Self> {
+        py.detach(|| {
+            let whole = &self.prepared.scene;
+            let plan = SetPlan::even(whole, n_members).map_err(render_error)?;
+            let prepared = PreparedScene::spread(whole, &plan, &PrepareOptions::default());
+            Ok(Self {
+                prepared: Arc::new(prepared.map_err(render_error)?),
+                warnings: self.warnings.clone(),
+                assemble_secs: self.assemble_secs,
+            })
+        })
     }
 
     /// Write the scene into a folder as `scene.json` and raw arrays, for other renderers.

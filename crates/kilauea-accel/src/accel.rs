@@ -77,7 +77,7 @@ impl Accel {
                 placements,
                 whole,
             };
-            Top::new(parts, &forest, is_plain)
+            Top::new(&parts, &forest, is_plain)
         });
         n_rejected += top.as_ref().map_or(0, |top| top.n_rejected);
         let bounds = match &top {
@@ -221,7 +221,7 @@ struct TopParts<'a> {
 }
 
 impl Top {
-    fn new(of: TopParts<'_>, forest: &Forest, is_plain: bool) -> Self {
+    fn new(of: &TopParts<'_>, forest: &Forest, is_plain: bool) -> Self {
         let placements = of.placements;
         let mut top = Self {
             nodes: Vec::new(),

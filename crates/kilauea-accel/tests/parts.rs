@@ -20,31 +20,32 @@ fn cut<'a>(geometry: &Geometry<'a>, part: usize, n_parts: usize) -> Geometry<'a>
     let curves = geometry.curves.iter().enumerate();
     Geometry {
         meshes: meshes
-            .map(|(i, mesh)| match is_here(i) {
-                true => mesh.clone(),
-                false => Mesh::still(&[], &[]),
+            .map(|(i, mesh)| {
+                if is_here(i) {
+                    mesh.clone()
+                } else {
+                    Mesh::still(&[], &[])
+                }
             })
             .collect(),
         spheres: spheres
-            .map(|(i, group)| match is_here(n_meshes + i) {
-                true => group.clone(),
-                false => Spheres {
-                    centers: vec![&[]],
-                    radii: &[],
-                    visibility: group.visibility,
+            .map(|(i, group)| Spheres {
+                radii: if is_here(n_meshes + i) {
+                    group.radii
+                } else {
+                    &[]
                 },
+                ..group.clone()
             })
             .collect(),
         curves: curves
-            .map(|(i, group)| match is_here(n_meshes + n_spheres + i) {
-                true => group.clone(),
-                false => Curves {
-                    points: vec![&[]],
-                    radii: &[],
-                    normals: None,
-                    segments: &[],
-                    ..group.clone()
+            .map(|(i, group)| Curves {
+                segments: if is_here(n_meshes + n_spheres + i) {
+                    group.segments
+                } else {
+                    &[]
                 },
+                ..group.clone()
             })
             .collect(),
     }

@@ -36,12 +36,12 @@ const NOTHING: Answer = Answer {
 
 impl Holders {
     fn who_knows(&self, question: &Question) -> usize {
-        (mix(question.key ^ 77) % self.n as u64) as usize
+        (mix(question.key ^ 0x77) % self.n as u64) as usize
     }
 
     /// Questions whose answer everyone has.
     fn is_known_to_all(question: &Question) -> bool {
-        mix(question.key ^ 99).is_multiple_of(16)
+        mix(question.key ^ 0x99).is_multiple_of(16)
     }
 }
 
@@ -55,7 +55,7 @@ impl Parts<Hall> for Holders {
             return 0;
         }
         let all = (1 << self.n) - 1;
-        let other = mix(question.key ^ 55) % self.n as u64;
+        let other = mix(question.key ^ 0x55) % self.n as u64;
         if self.asks_all {
             all
         } else {

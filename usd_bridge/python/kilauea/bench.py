@@ -12,6 +12,7 @@ from kilauea.benchmarks import (
     photons,
     rays,
     samples,
+    sets,
     shading,
 )
 
@@ -20,6 +21,7 @@ SUBCOMMANDS = {
     "rays": (rays, "rays per second on one thread against Embree, and building of trees"),
     "photons": (photons, "photons traced per second, and what their map takes"),
     "shading": (shading, "what shading as a dataflow costs, against a plain loop"),
+    "sets": (sets, "what a scene asks of the members of a set that it is spread over"),
     "load": (load, "time and memory from the stage to the first ray, against Blender"),
     "needs": (needs, "what is saved by skipping what a stage has no use for"),
     "error": (error, "error at equal time against Cycles, Mitsuba and LuxCore"),

@@ -127,7 +127,7 @@ def connect(address: str) -> Any:
 
 
 def _reach(address: str) -> None:
-    """Raise where nobody listens at a host and port: Ray would try for minutes, and end the process."""
+    """Raise where nobody listens: Ray would try for minutes, and end the process."""
     host, colon, port = address.rpartition(":")
     if colon and port.isdecimal() and "/" not in host:
         socket.create_connection((host.strip("[]"), int(port)), _REACH_SECS).close()

@@ -108,7 +108,9 @@ fn decode_shape(bytes: &mut &[u8]) -> Result<Shape, WireError> {
 }
 
 fn encode_points(points: &[Vec3], bytes: &mut Vec<u8>) {
-    points.iter().for_each(|p| p.to_array().encode(bytes));
+    for p in points {
+        p.to_array().encode(bytes);
+    }
 }
 
 /// So many points, and zeros.
@@ -208,7 +210,7 @@ mod tests {
             segment(CurveBasis::Linear, CurveProfile::Round, None),
             segment(CurveBasis::Bezier, CurveProfile::Ribbon, Some(points)),
         ];
-        let attributes = vec![
+        let attributes = [
             attribute(Interpolation::Constant, 3, 1),
             attribute(Interpolation::Vertex, 2, 3),
             attribute(Interpolation::Uniform, 4, 0),

@@ -7,7 +7,7 @@
 //! every member.
 
 use kilauea_math::Bounds3;
-use kilauea_scene::{Prototype, Scene};
+use kilauea_scene::{CurvesChunk, MeshChunk, PointsChunk, Prototype, Scene};
 
 use crate::geometry::ChunkId;
 
@@ -60,17 +60,8 @@ fn chunk_bytes(prototype: &Prototype) -> Vec<u64> {
 
 /// Boxes around chunks at all times, in the chunks' space, in the same order.
 pub(super) fn chunk_bounds(prototype: &Prototype) -> Vec<Bounds3> {
-    let meshes = prototype
-        .chunks
-        .iter()
-        .map(kilauea_scene::MeshChunk::bounds);
-    let points = prototype
-        .points
-        .iter()
-        .map(kilauea_scene::PointsChunk::bounds);
-    let curves = prototype
-        .curves
-        .iter()
-        .map(kilauea_scene::CurvesChunk::bounds);
+    let meshes = prototype.chunks.iter().map(MeshChunk::bounds);
+    let points = prototype.points.iter().map(PointsChunk::bounds);
+    let curves = prototype.curves.iter().map(CurvesChunk::bounds);
     meshes.chain(points).chain(curves).collect()
 }

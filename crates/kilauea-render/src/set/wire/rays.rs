@@ -72,7 +72,7 @@ pub(crate) fn decode_questions(mut bytes: &[u8]) -> Result<Vec<Question>, WireEr
     for column in &mut words {
         *column = columns.take_words(bytes)?;
     }
-    let n_occluded = kinds.iter().filter(|&&kind| kind == OCCLUDED).count();
+    let n_occluded = kinds.iter().map(|&kind| usize::from(kind)).sum();
     let mut priorities = Columns::of(n_occluded).take_bytes(bytes)?.into_iter();
     if !bytes.is_empty() {
         return Err(WireError::Long(bytes.len()));

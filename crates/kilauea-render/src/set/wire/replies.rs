@@ -39,7 +39,9 @@ pub(crate) fn encode_answers(answers: &[Answer]) -> Vec<u8> {
         let column: Vec<u32> = met.iter().map(|met| word(&met.hit)).collect();
         columns.put_words(&column, &mut bytes);
     }
-    met.iter().for_each(|met| met.carried.encode(&mut bytes));
+    for met in met {
+        met.carried.encode(&mut bytes);
+    }
     bytes
 }
 
