@@ -279,11 +279,12 @@ mod tests {
 
     #[tokio::test]
     async fn others_are_told_why_they_may_not() {
-        for (change, word) in [
-            ((|t| t.token = token('b')) as fn(&mut Ticket), "token"),
+        let cases: [(fn(&mut Ticket), &str); 3] = [
+            (|t| t.token = token('b'), "token"),
             (|t| t.session = 8, "session"),
             (|t| t.rank = 3, "not expected"),
-        ] {
+        ];
+        for (change, word) in cases {
             for reason in refusal(change).await {
                 assert!(
                     reason.contains("refused") && reason.contains(word),

@@ -95,7 +95,7 @@ fn nothing_that_is_kept_is_done_again() {
 
 #[test]
 fn journals_of_something_else_are_refused() {
-    let shot = long_shot();
+    let mut shot = long_shot();
     let journal = TestFile::new("other");
     let kept = break_off(&shot, &journal);
     let refusal = |shot: &Shot| {
@@ -106,12 +106,12 @@ fn journals_of_something_else_are_refused() {
             other => panic!("{other:?}"),
         }
     };
-    let other_settings = long_shot().with(|s| s.seed = 1);
-    let error = refusal(&other_settings);
+    shot.settings.seed = 1;
+    let error = refusal(&shot);
     assert!(error.to_string().contains("settings"), "{error}");
-    let mut other_scene = long_shot();
-    other_scene.stage.spheres[0].radius = 0.4;
-    let error = refusal(&other_scene);
+    shot.settings.seed = 0;
+    shot.stage.spheres[0].radius = 0.4;
+    let error = refusal(&shot);
     assert!(error.to_string().contains("scene"), "{error}");
     assert_eq!(fs::read(&journal.0).unwrap(), kept, "it was changed");
 
