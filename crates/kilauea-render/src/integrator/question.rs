@@ -85,9 +85,9 @@ impl Answer {
     /// # Panics
     /// If another question was answered.
     #[inline]
-    pub(super) fn is_occluded(self) -> bool {
+    pub(super) fn is_occluded(&self) -> bool {
         match self {
-            Self::Occluded(is_occluded) => is_occluded,
+            Self::Occluded(is_occluded) => *is_occluded,
             other => panic!("asked for an occlusion, told of {other:?}"),
         }
     }
