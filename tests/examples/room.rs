@@ -2,8 +2,11 @@
 //!
 //! ```text
 //! cargo build --release -p kilauea-tests --example room
-//! valgrind --tool=callgrind target/release/examples/room [plain | inline | queued | bytes] [FRAMES]
+//! valgrind --tool=callgrind target/release/examples/room [plain | inline | queued | bytes | late]
+//!     [frames=1] [side=48] [threads=1] [mib=256]
 //! ```
+//!
+//! `late` is `queued` with each answer up to 10 ms late, `mib` the memory of shades that wait.
 
 use std::error::Error;
 use std::io::Write;
@@ -41,21 +44,32 @@ fn room() -> Stage {
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let way = arguments.next().unwrap_or_else(|| "inline".into());
-    let n_frames: u32 = arguments.next().map_or(Ok(1), |n| n.parse())?;
-    let shading = match way.as_str() {
-        "plain" | "inline" => Shading::Inline,
-        "queued" => Shading::Queued,
-        "bytes" => Shading::Bytes,
-        _ => return Err(format!("{way} is no way to answer questions").into()),
-    };
-    let settings = RenderSettings {
+    let mut n_frames = 1;
+    let mut settings = RenderSettings {
         resolution: [48, 48],
         samples_per_pixel: 8,
-        shading,
+        shading: match way.as_str() {
+            "plain" | "inline" => Shading::Inline,
+            "queued" | "late" => Shading::Queued,
+            "bytes" => Shading::Bytes,
+            _ => return Err(format!("{way} is no way to answer questions").into()),
+        },
         ..Stage::settings()
     };
+    for argument in arguments {
+        let (name, value) = argument.split_once('=').ok_or("NAME=NUMBER is missing")?;
+        let value: u32 = value.parse()?;
+        match name {
+            "frames" => n_frames = value,
+            "side" => settings.resolution = [value; 2],
+            "threads" => settings.threads = value,
+            "mib" => settings.shade_memory_bytes = u64::from(value) << 20,
+            _ => return Err(format!("{name} cannot be chosen").into()),
+        }
+    }
     let conditions = Conditions {
         plain_loop: way == "plain",
+        answer_delay_ms: if way == "late" { 10.0 } else { 0.0 },
         ..Conditions::default()
     };
     let prepared = room().prepare(&settings);
@@ -80,11 +94,12 @@ fn render(
     writeln!(
         out,
         "{n_rays} rays, {:.1} ns each; mean {:?}; {} bytes of shades in flight, {} shades, {} \
-         questions",
+         questions; threads {:.1} % busy",
         ns / n_rays as f64,
         picture.mean(),
         picture.stats.memory.shades_in_flight_peak,
         picture.stats.shades.in_flight_peak,
         picture.stats.shades.questions_at_peak,
+        100.0 * picture.stats.shades.busy,
     )
 }

@@ -64,7 +64,7 @@ fn floor(image: &TileFile) -> Stage {
         inputs: [("albedo".to_owned(), albedo)].into(),
         nodes: vec![st, texture(0, 0.25), texture(1, 0.0)],
     }];
-    stage.lights.push(rect_light(0.5, 0.5, 2.0));
+    stage.lights.push(rect_light(2.0, 2.0, 2.0));
     stage
 }
 

@@ -182,7 +182,7 @@ impl<Q> QuestionQueue<Q> {
         lock(&self.state).is_closed
     }
 
-    fn close(&self) {
+    pub(crate) fn close(&self) {
         lock(&self.state).is_closed = true;
         self.arrived.notify_all();
     }

@@ -118,6 +118,7 @@
 //! |---|---|---|
 //! | a thread's ACTIVE SPOTs, unstarted children, unsent questions | its share of the budget | nobody |
 //! | batches to servers | the sum of the threads' credits ([`Engine::questions_out`]) | servers, while it is empty |
+//! | slow questions of a [`Queue`] | the same credits | those who answer them, while it is empty |
 //! | a thread's mail | its credit, and the children that others may steal from it | its owner, with nothing to do |
 //! | the queues of [`Split`] to holders of parts | four batches each | who routes; holders for nobody |
 //! | the byte channels of [`Bytes`] | four batches | each for the next; the last for nobody |

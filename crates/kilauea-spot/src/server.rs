@@ -1,11 +1,10 @@
 //! Who answers questions that travel.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc::{Receiver, channel};
 use std::thread::scope;
 
 use crate::error::{RunError, panic_message};
-use crate::exchange::{Batch, Exchange, Mail};
+use crate::exchange::{Batch, Exchange, Mail, QuestionQueue};
 use crate::program::{Answerer, Program};
 use crate::slots::Ticket;
 
@@ -57,8 +56,10 @@ impl<'a, P: Program> Desk<'a, P> {
     }
 }
 
-/// Answers on the server thread, question by question; those that are slow on another one beside
-/// it.
+/// Threads beside each server thread for what is slow. Disks and networks answer several at a time.
+const N_SLOW_THREADS: usize = 4;
+
+/// Answers on the server thread, question by question; those that are slow on others beside it.
 pub struct Queue<'a, A> {
     answerer: &'a A,
 }
@@ -72,64 +73,64 @@ impl<'a, A> Queue<'a, A> {
 
 impl<P: Program, A: Answerer<P>> Server<P> for Queue<'_, A> {
     fn serve(&self, desk: &Desk<'_, P>) {
+        let slow = &QuestionQueue::new();
         scope(|threads| {
-            // Bounded by the credit of those who ask. The thread starts with the first question.
-            let mut to_slow = None;
-            while let Some(batch) = desk.next_batch() {
-                let is_slow = |question: &P::Question| self.answerer.is_slow(question);
-                let mut questions = batch.questions;
-                let slow: Vec<_> = questions.extract_if(.., |(_, q)| is_slow(q)).collect();
-                if !slow.is_empty() {
-                    let to_slow = to_slow.get_or_insert_with(|| {
-                        let (to_slow, slow) = channel();
-                        threads.spawn(move || {
-                            fail_on_error(desk, "the one who answers slowly", || {
-                                self.answer_slowly(desk, &slow);
-                                Ok(())
-                            });
-                        });
-                        to_slow
-                    });
-                    if to_slow.send((batch.thread, slow)).is_err() {
-                        break;
+            let _close = CloseOnDrop(slow);
+            let mut n_slow_threads = 0;
+            while let Some(mut batch) = desk.next_batch() {
+                let thread = batch.thread;
+                let is_slow = |asked: &mut (_, _)| self.answerer.is_slow(&asked.1);
+                for asked in batch.questions.extract_if(.., is_slow) {
+                    let questions = vec![asked];
+                    slow.push(Batch { thread, questions });
+                    if n_slow_threads < N_SLOW_THREADS {
+                        threads.spawn(|| self.answer_slowly(desk, slow));
+                        n_slow_threads += 1;
                     }
                 }
-                desk.deliver(batch.thread, self.answer(questions));
+                self.answer(desk, batch);
             }
         });
     }
 }
 
 impl<A> Queue<'_, A> {
-    fn answer<P>(&self, questions: Vec<(Ticket, P::Question)>) -> Vec<(Ticket, P::Answer)>
+    fn answer<P>(&self, desk: &Desk<'_, P>, batch: Batch<P::Question>)
     where
         P: Program,
         A: Answerer<P>,
     {
         let answer = |(ticket, question)| (ticket, self.answerer.answer(question));
-        questions.into_iter().map(answer).collect()
+        desk.deliver(
+            batch.thread,
+            batch.questions.into_iter().map(answer).collect(),
+        );
     }
 
-    /// Each answer goes home by itself, until there are no more questions or the run is over.
-    fn answer_slowly<P>(&self, desk: &Desk<'_, P>, batches: &Receiver<SlowBatch<P>>)
+    fn answer_slowly<P>(&self, desk: &Desk<'_, P>, slow: &QuestionQueue<P::Question>)
     where
         P: Program,
         A: Answerer<P>,
     {
-        for (thread, questions) in batches {
-            for (ticket, question) in questions {
-                if desk.is_closed() {
-                    return;
-                }
-                let answer = self.answerer.answer(question);
-                desk.deliver(thread, vec![(ticket, answer)]);
+        fail_on_error(desk, "one who answers slowly", || {
+            while let Some(batch) = slow.pop()
+                && !desk.is_closed()
+            {
+                self.answer(desk, batch);
             }
-        }
+            Ok(())
+        });
     }
 }
 
-/// Questions that are slow, and the thread that asked them.
-type SlowBatch<P> = (u32, Vec<(Ticket, <P as Program>::Question)>);
+/// Lets those who wait for questions go, however the one ends who has them.
+struct CloseOnDrop<'q, Q>(&'q QuestionQueue<Q>);
+
+impl<Q> Drop for CloseOnDrop<'_, Q> {
+    fn drop(&mut self) {
+        self.0.close();
+    }
+}
 
 /// Ends the run if `run`, on a thread that is called `thread`, cannot go on.
 pub(crate) fn fail_on_error<P: Program>(

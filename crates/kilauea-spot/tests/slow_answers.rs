@@ -1,7 +1,7 @@
 //! Slow questions keep nobody waiting but those who asked them.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -30,13 +30,13 @@ impl Program for OneEach {
 /// The slow answer takes until the last fast one is given.
 struct Patient {
     n_fast: AtomicUsize,
-    all_fast: (Sender<()>, Mutex<Receiver<()>>),
+    all_fast: (SyncSender<()>, Mutex<Receiver<()>>),
     has_patience: bool,
 }
 
 impl Patient {
     fn new(has_patience: bool) -> Self {
-        let (sender, receiver) = channel();
+        let (sender, receiver) = sync_channel(1);
         Self {
             n_fast: AtomicUsize::new(0),
             all_fast: (sender, Mutex::new(receiver)),

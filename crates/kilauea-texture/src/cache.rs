@@ -1,6 +1,6 @@
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use arc_swap::{ArcSwapOption, Guard};
@@ -22,6 +22,9 @@ pub(crate) struct TileCache {
     slots: Vec<Slot>,
     budget_bytes: u64,
     clock: Mutex<Clock>,
+    /// Of those who fetch and wait for others who read the same tile.
+    reading: Mutex<()>,
+    has_read: Condvar,
     tiles_loaded: AtomicU64,
     tiles_fetched: AtomicU64,
     bytes_read: AtomicU64,
@@ -33,6 +36,8 @@ struct Slot {
     tile: ArcSwapOption<Tile>,
     /// Used since the clock's hand last passed.
     used: AtomicBool,
+    /// Somebody who fetches it reads it now.
+    is_read: AtomicBool,
 }
 
 #[derive(Debug, Default)]
@@ -72,6 +77,8 @@ impl TileCache {
             slots,
             budget_bytes,
             clock: Mutex::default(),
+            reading: Mutex::default(),
+            has_read: Condvar::new(),
             tiles_loaded: AtomicU64::new(0),
             tiles_fetched: AtomicU64::new(0),
             bytes_read: AtomicU64::new(0),
@@ -108,14 +115,27 @@ impl TileCache {
     }
 
     /// Makes the tile of a slot resident ahead of lookups. Nothing happens if it is, or cannot be
-    /// read.
+    /// read. Many ask for a tile at the same time; one of them reads it, the others wait.
     pub(crate) fn fetch(&self, slot_idx: u32, load: impl FnOnce() -> Option<Tile>) {
-        if !self.is_resident(slot_idx)
-            && let Some((_, is_new)) = self.load(slot_idx, load)
-        {
+        let slot = &self.slots[slot_idx as usize];
+        let lock = || self.reading.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut reading = lock();
+        while slot.is_read.load(Ordering::Relaxed) {
+            let woken = self.has_read.wait(reading);
+            reading = woken.unwrap_or_else(PoisonError::into_inner);
+        }
+        if self.is_resident(slot_idx) {
+            return;
+        }
+        slot.is_read.store(true, Ordering::Relaxed);
+        drop(reading);
+        if let Some((_, is_new)) = self.load(slot_idx, load) {
             self.tiles_fetched
                 .fetch_add(u64::from(is_new), Ordering::Relaxed);
         }
+        let _reading = lock();
+        slot.is_read.store(false, Ordering::Relaxed);
+        self.has_read.notify_all();
     }
 
     /// Makes a tile resident that came from elsewhere.
@@ -247,6 +267,28 @@ mod tests {
         assert_eq!(stats.lookup_wait, Duration::ZERO);
         assert!(load_10(&cache, 2));
         assert!(cache.stats().lookup_wait > Duration::ZERO);
+    }
+
+    #[test]
+    fn what_many_fetch_at_once_is_read_once() {
+        let cache = TileCache::new(2, 100);
+        let n_read = AtomicU64::new(0);
+        let read = || {
+            n_read.fetch_add(1, Ordering::Relaxed);
+            std::thread::sleep(Duration::from_millis(20));
+            Some(Tile(Box::new([7; 10])))
+        };
+        std::thread::scope(|threads| {
+            for slot_idx in [0, 1, 0, 1, 0, 1, 0, 1] {
+                let (cache, read) = (&cache, &read);
+                threads.spawn(move || {
+                    cache.fetch(slot_idx, read);
+                    assert!(cache.is_resident(slot_idx));
+                });
+            }
+        });
+        assert_eq!(n_read.into_inner(), 2);
+        assert_eq!(cache.stats().tiles_fetched, 2);
     }
 
     #[test]

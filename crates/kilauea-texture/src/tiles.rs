@@ -124,7 +124,9 @@ mod tests {
         let store = folder.store(&images(), 1 << 30);
         let st = Vec2::new(0.64, 0.5);
         let tiles = absent(&store, 0, st, 0.02);
-        tiles.iter().for_each(|&tile| store.fetch(tile));
+        for &tile in &tiles {
+            store.fetch(tile);
+        }
         store.sample(0, st, 0.02, CLAMP).unwrap();
         let stats = store.stats();
         assert_eq!(stats.tiles_fetched, tiles.len() as u64);
