@@ -2,7 +2,6 @@ use kilauea_cluster::{ClusterJob, ClusterOptions, WorkerKind};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
 use serde::Deserialize;
-use std::ffi::OsString;
 use std::path::PathBuf;
 
 use crate::error::render_error;
@@ -23,7 +22,7 @@ pub(crate) struct AssembledScene {
 struct Workers {
     n_workers: u32,
     /// What starts a worker, which then calls `run_worker`.
-    command: Vec<OsString>,
+    command: Vec<String>,
     journal: Option<PathBuf>,
 }
 
@@ -51,7 +50,7 @@ impl AssembledScene {
             .ok_or_else(|| render_error("the command is empty"))?;
         let kind = WorkerKind::Processes {
             program: program.into(),
-            arguments: command.collect(),
+            arguments: command.map(Into::into).collect(),
         };
         let options = ClusterOptions {
             journal: workers.journal,

@@ -45,7 +45,7 @@ impl ClusterOptions {
             n_workers,
             kind,
             max_restarts: n_workers.saturating_mul(3),
-            patience: Duration::from_secs(60),
+            patience: Duration::from_mins(1),
             dead_after: Duration::from_secs(2),
             journal: None,
             specialize_rays: true,

@@ -62,7 +62,7 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
     let mut trail = G::Trail::default();
     let tile_idx = sampled.run.tile;
     let mut tile = frame.film.tile(tile_idx as usize);
-    while let Some(pixel_idx) = sampled.run.pixels.next() {
+    for pixel_idx in sampled.run.pixels.by_ref() {
         if frame.is_over() {
             break;
         }

@@ -80,7 +80,7 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
             let film = &frame.film;
             // Code that waits must not keep others from the tile.
             let mut held_tile = (!C::WAITS).then(|| film.tile(sampled.run.tile as usize));
-            while let Some(pixel_idx) = sampled.run.pixels.next() {
+            for pixel_idx in sampled.run.pixels.by_ref() {
                 if frame.is_over() {
                     break;
                 }

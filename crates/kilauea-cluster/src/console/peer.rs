@@ -12,7 +12,7 @@ use crate::stats::WorkerStats;
 /// A worker that says nothing for so long gets no more units until it does.
 const SUSPECT: Duration = Duration::from_secs(1);
 /// Time for a worker's process to start and to join.
-const JOIN: Duration = Duration::from_secs(60);
+const JOIN: Duration = Duration::from_mins(1);
 
 /// A worker in one of its lives.
 pub(super) struct Peer {
