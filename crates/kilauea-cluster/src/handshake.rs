@@ -237,6 +237,7 @@ mod tests {
             rank: 2,
             incarnation: 1,
             epoch: 5,
+            identity: None,
         }
     }
 
@@ -279,7 +280,8 @@ mod tests {
 
     #[tokio::test]
     async fn others_are_told_why_they_may_not() {
-        let cases: [(fn(&mut Ticket), &str); 3] = [
+        type Change = fn(&mut Ticket);
+        let cases: [(Change, &str); 3] = [
             (|t| t.token = token('b'), "token"),
             (|t| t.session = 8, "session"),
             (|t| t.rank = 3, "not expected"),

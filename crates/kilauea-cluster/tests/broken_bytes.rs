@@ -23,7 +23,7 @@ fn lease() -> Frame {
 }
 
 fn bytes_of(frame: &Frame) -> Vec<u8> {
-    let mut bytes = frame.header(SESSION, 0).unwrap().to_vec();
+    let mut bytes = frame.header(SESSION, 0).expect("it is short").to_vec();
     bytes.extend(&frame.body);
     bytes
 }

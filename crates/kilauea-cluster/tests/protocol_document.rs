@@ -98,7 +98,7 @@ fn hex(bytes: &[u8]) -> String {
 
 /// A frame in a line of the document.
 fn line(frame: &Frame) -> String {
-    let mut bytes = frame.header(SESSION, 1).unwrap().to_vec();
+    let mut bytes = frame.header(SESSION, 1).expect("it is short").to_vec();
     bytes.extend(&frame.body);
     let kind = frame.kind;
     let n = bytes.len();

@@ -20,7 +20,7 @@ enum Said<'a> {
     Ready(Ready),
     Done(UnitDone, &'a [u8]),
     Refused(UnitRefused),
-    Report(Report),
+    Report(Box<Report>),
     Failed(Failed),
 }
 
@@ -31,7 +31,7 @@ impl<'a> Said<'a> {
             FrameKind::Ready => Ok(Self::Ready(Ready::read(frame)?.0)),
             FrameKind::UnitDone => UnitDone::read(frame).map(|(done, sums)| Self::Done(done, sums)),
             FrameKind::UnitRefused => Ok(Self::Refused(UnitRefused::read(frame)?.0)),
-            FrameKind::Report => Ok(Self::Report(Report::read(frame)?.0)),
+            FrameKind::Report => Ok(Self::Report(Box::new(Report::read(frame)?.0))),
             FrameKind::Failed => Ok(Self::Failed(Failed::read(frame)?.0)),
             found => Err(FrameError::Unexpected {
                 found,

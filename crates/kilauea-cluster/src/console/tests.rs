@@ -125,8 +125,7 @@ fn results_that_are_late_or_come_twice_do_not_count() {
 
 #[test]
 fn workers_that_cannot_go_on_are_lost() {
-    let (mut console, [mut first, mut second, _third]) =
-        console([1, 2, 3], Duration::from_secs(60));
+    let (mut console, [mut first, mut second, _third]) = console([1, 2, 3], Duration::from_mins(1));
     console.lend().unwrap();
     let held = lent(&mut first);
     assert_eq!(held.len(), 2, "one for its thread, one that waits");
@@ -171,7 +170,7 @@ fn what_nobody_can_render_ends_the_frame() {
 
 #[test]
 fn silence_is_death_unless_the_console_slept_too() {
-    let (mut console, [_first]) = console([1], Duration::from_secs(60));
+    let (mut console, [_first]) = console([1], Duration::from_mins(1));
     let two_seconds_ago = console
         .begun
         .checked_sub(Duration::from_millis(2100))

@@ -60,8 +60,8 @@ pub struct Header {
     is_last: bool,
     n_body_bytes: u32,
     checksum: u32,
-    /// Checksum of the header alone.
-    header_checksum: u32,
+    /// Of the header alone.
+    checksum_so_far: u32,
     epoch: u32,
     generation: u16,
 }
@@ -146,7 +146,7 @@ impl Header {
             is_last: bytes[7] & FLAG_LAST != 0,
             n_body_bytes,
             checksum: u32_at(12),
-            header_checksum: crc32c(&unsummed),
+            checksum_so_far: crc32c(&unsummed),
             epoch: u32_at(24),
             generation: u16_at(28),
         })
@@ -159,7 +159,7 @@ impl Header {
 
     /// The frame with that body, if it is the one that was sent.
     pub fn with_body(self, body: Vec<u8>) -> Result<Frame, FrameError> {
-        if crc32c_append(self.header_checksum, &body) != self.checksum {
+        if crc32c_append(self.checksum_so_far, &body) != self.checksum {
             return Err(FrameError::Checksum(self.kind));
         }
         Ok(Frame {

@@ -165,7 +165,7 @@ pub(crate) fn integrators() -> [(&'static str, Integrator, GlobalIllumination); 
 /// Workers of whom none seems dead because the machine is busy.
 pub(crate) fn options(n_workers: u32, kind: WorkerKind) -> ClusterOptions {
     ClusterOptions {
-        dead_after: Duration::from_secs(60),
+        dead_after: Duration::from_mins(1),
         ..ClusterOptions::new(n_workers, kind)
     }
 }
