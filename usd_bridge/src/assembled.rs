@@ -19,7 +19,7 @@ pub(crate) struct AssembledScene {
 
 /// How a frame is shared out.
 #[derive(Deserialize)]
-struct Workers {
+struct Sharing {
     n_workers: u32,
     #[serde(flatten)]
     kind: Kind,
@@ -70,12 +70,12 @@ impl AssembledScene {
         workers_json: &str,
     ) -> PyResult<RenderJob> {
         let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
-        let workers: Workers = serde_json::from_str(workers_json).map_err(render_error)?;
-        let kind = workers.kind.into_workers()?;
+        let sharing: Sharing = serde_json::from_str(workers_json).map_err(render_error)?;
+        let kind = sharing.kind.into_workers()?;
         let options = ClusterOptions {
-            journal: workers.journal,
+            journal: sharing.journal,
             specialize_rays: self.specialize_rays,
-            ..ClusterOptions::new(workers.n_workers, kind)
+            ..ClusterOptions::new(sharing.n_workers, kind)
         };
         let job = py
             .detach(|| ClusterJob::start(&self.scene, &settings, options))
