@@ -15,11 +15,12 @@ const TINY: u64 = 100 << 10;
 const AMPLE: u64 = 64 << 20;
 
 /// Answers come late and in any order.
-const LATE: Conditions = Conditions {
-    plain_loop: false,
-    first_come: false,
-    answer_delay_ms: 2.0,
-};
+fn late() -> Conditions {
+    Conditions {
+        answer_delay_ms: 2.0,
+        ..Conditions::default()
+    }
+}
 
 fn image() -> TileFile {
     TileFile::new([SIZE; 2], |x, y| {
@@ -94,13 +95,13 @@ fn render(
 const INLINE: (Conditions, Shading, u32) = (PROMPT, Shading::Inline, 1);
 const PROMPT: Conditions = Conditions {
     answer_delay_ms: 0.0,
-    ..LATE
+    ..late()
 };
 /// Ways in which shades wait.
 const WAITING: [(Conditions, Shading, u32); 4] = [
     (PROMPT, Shading::Queued, 1),
     (PROMPT, Shading::Queued, 7),
-    (LATE, Shading::Queued, 2),
+    (late(), Shading::Queued, 2),
     (PROMPT, Shading::Bytes, 2),
 ];
 
