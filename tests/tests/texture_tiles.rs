@@ -14,13 +14,12 @@ const SIZE: u32 = 512;
 const TINY: u64 = 100 << 10;
 const AMPLE: u64 = 64 << 20;
 
-/// Answers come late and in any order.
-fn late() -> Conditions {
-    Conditions {
-        answer_delay_ms: 2.0,
-        ..Conditions::default()
-    }
-}
+/// Milliseconds by which answers come late, in any order.
+const LATE: f64 = 2.0;
+const PROMPT: f64 = 0.0;
+
+/// How late answers come, how shades wait for them, and on how many threads.
+type Way = (f64, Shading, u32);
 
 fn image() -> TileFile {
     TileFile::new([SIZE; 2], |x, y| {
@@ -79,10 +78,11 @@ fn prepare(stage: &Stage, budget_bytes: u64) -> Arc<PreparedScene> {
     Arc::new(PreparedScene::new(scene, &options).expect("the scene is sound"))
 }
 
-fn render(
-    prepared: &Arc<PreparedScene>,
-    (conditions, shading, threads): (Conditions, Shading, u32),
-) -> Picture {
+fn render(prepared: &Arc<PreparedScene>, (answer_delay_ms, shading, threads): Way) -> Picture {
+    let conditions = Conditions {
+        answer_delay_ms,
+        ..Conditions::default()
+    };
     let settings = RenderSettings {
         samples_per_pixel: 4,
         shading,
@@ -92,16 +92,12 @@ fn render(
     Picture::render_under(conditions, prepared, settings)
 }
 
-const INLINE: (Conditions, Shading, u32) = (PROMPT, Shading::Inline, 1);
-const PROMPT: Conditions = Conditions {
-    answer_delay_ms: 0.0,
-    ..late()
-};
+const INLINE: Way = (PROMPT, Shading::Inline, 1);
 /// Ways in which shades wait.
-const WAITING: [(Conditions, Shading, u32); 4] = [
+const WAITING: [Way; 4] = [
     (PROMPT, Shading::Queued, 1),
     (PROMPT, Shading::Queued, 7),
-    (late(), Shading::Queued, 2),
+    (LATE, Shading::Queued, 2),
     (PROMPT, Shading::Bytes, 2),
 ];
 
