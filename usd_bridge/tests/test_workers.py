@@ -71,7 +71,7 @@ def test_workers_render_the_same_pixels(tmp_path, flags):
         assert [worker["rank"] for worker in stats["workers"]] == list(range(n_workers))
         assert all(worker["lost"] is None for worker in stats["workers"])
         assert sum(worker["units"] for worker in stats["workers"]) >= 6
-        assert stats["network"]["bytes_sent"] > 10_000
+        assert stats["network"]["bytes_sent"] > 1000
 
 
 def test_a_worker_that_is_killed_is_replaced(tmp_path):
