@@ -19,7 +19,7 @@ pub(crate) struct AssembledScene {
 /// How a frame is shared out.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Workers {
+struct Sharing {
     n_workers: u32,
     /// What starts a worker, which then calls `run_worker`.
     command: Vec<String>,
@@ -33,18 +33,18 @@ impl AssembledScene {
         self.warnings.clone()
     }
 
-    /// Start workers that render; `workers_json` is an object with `n_workers`, `command`, which is a
+    /// Start workers that render; `sharing_json` is an object with `n_workers`, `command`, which is a
     /// list, and `journal`, which is a file or null.
     fn render(
         &self,
         py: Python<'_>,
         settings_json: &str,
         metadata_json: &str,
-        workers_json: &str,
+        sharing_json: &str,
     ) -> PyResult<RenderJob> {
         let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
-        let workers: Workers = serde_json::from_str(workers_json).map_err(render_error)?;
-        let mut command = workers.command.into_iter();
+        let sharing: Sharing = serde_json::from_str(sharing_json).map_err(render_error)?;
+        let mut command = sharing.command.into_iter();
         let program = command
             .next()
             .ok_or_else(|| render_error("the command is empty"))?;
@@ -53,9 +53,9 @@ impl AssembledScene {
             arguments: command.map(Into::into).collect(),
         };
         let options = ClusterOptions {
-            journal: workers.journal,
+            journal: sharing.journal,
             specialize_rays: self.specialize_rays,
-            ..ClusterOptions::new(workers.n_workers, kind)
+            ..ClusterOptions::new(sharing.n_workers, kind)
         };
         let job = py
             .detach(|| ClusterJob::start(&self.scene, &settings, options))
