@@ -59,7 +59,7 @@ impl AssembledScene {
         self.warnings.clone()
     }
 
-    /// Have workers render; `workers_json` is an object with `n_workers`, `journal`, which is a file or
+    /// Have workers render; `sharing_json` is an object with `n_workers`, `journal`, which is a file or
     /// null, and either `command`, a list that starts a worker, or `host`, this machine's address for
     /// workers whose tickets the caller takes.
     fn render(
@@ -67,10 +67,10 @@ impl AssembledScene {
         py: Python<'_>,
         settings_json: &str,
         metadata_json: &str,
-        workers_json: &str,
+        sharing_json: &str,
     ) -> PyResult<RenderJob> {
         let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
-        let sharing: Sharing = serde_json::from_str(workers_json).map_err(render_error)?;
+        let sharing: Sharing = serde_json::from_str(sharing_json).map_err(render_error)?;
         let kind = sharing.kind.into_workers()?;
         let options = ClusterOptions {
             journal: sharing.journal,

@@ -45,9 +45,9 @@ def pixels(file):
 
 
 def children(pid):
-    """Processes that a process has started."""
-    listed = Path(f"/proc/{pid}/task/{pid}/children")
-    return [int(child) for child in listed.read_text().split()]
+    """Processes that the threads of a process have started."""
+    threads = Path(f"/proc/{pid}/task").glob("*/children")
+    return [int(child) for listed in threads for child in listed.read_text().split()]
 
 
 def wait_for(condition, seconds=60.0):

@@ -38,10 +38,10 @@ fn break_off(shot: &Shot, journal: &TestFile) -> Vec<u8> {
     let job = shot.start(options(journal));
     wait_for_progress(&job, 0.3);
     job.cancel();
-    let result = job.finish().expect("a frame");
+    let result = job.finish().expect("it is broken off, which is no error");
     assert!(!result.frame.stats.is_complete, "it was too fast");
     assert!(result.journal.is_none(), "it is still needed");
-    fs::read(&journal.0).expect("a journal")
+    fs::read(&journal.0).expect("there is a journal")
 }
 
 fn long_shot() -> Shot {
