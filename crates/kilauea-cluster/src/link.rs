@@ -133,10 +133,15 @@ impl FrameReader {
         let mut header = [0; HEADER_BYTES];
         let mut n_read = 0;
         while n_read < HEADER_BYTES {
-            match self.bytes.read(&mut header[n_read..]).await? {
-                0 if n_read == 0 => return Err(FrameError::Closed),
-                0 => return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()),
-                n => n_read += n,
+            match self.bytes.read(&mut header[n_read..]).await {
+                Ok(0) if n_read == 0 => return Err(FrameError::Closed),
+                Ok(0) => return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into()),
+                Ok(n) => n_read += n,
+                // Over TLS, a process that ended without a farewell.
+                Err(error) if error.kind() == io::ErrorKind::UnexpectedEof && n_read == 0 => {
+                    return Err(FrameError::Closed);
+                }
+                Err(error) => return Err(error.into()),
             }
         }
         let expected = Expected {
