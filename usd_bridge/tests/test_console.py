@@ -152,7 +152,11 @@ def test_commands_come_from_standard_input(engine, stage, tmp_path, monkeypatch,
 
 def connect(file: Path) -> socket.socket:
     connection = socket.socket(socket.AF_UNIX)
-    connection.connect(str(file))
+    try:
+        connection.connect(str(file))
+    except OSError:
+        connection.close()
+        raise
     return connection
 
 

@@ -144,8 +144,10 @@ impl Wire for Question {
 
     fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
         let kind = u8::decode(bytes)?;
-        if kind == TILE {
-            return Ok(Self::Tile(TileId(u32::decode(bytes)?)));
+        match kind {
+            CLOSEST | OCCLUDED => {}
+            TILE => return Ok(Self::Tile(TileId(u32::decode(bytes)?))),
+            other => return Err(WireError::Variant(other)),
         }
         let origin = Vec3::from_array(Wire::decode(bytes)?);
         let dir = Vec3::from_array(Wire::decode(bytes)?);
@@ -159,15 +161,15 @@ impl Wire for Question {
             visibility: Visibility(u8::decode(bytes)?),
         };
         let key = u32::decode(bytes)?;
-        match kind {
-            CLOSEST => Ok(Self::Closest { ray, key }),
-            OCCLUDED => Ok(Self::Occluded {
+        Ok(if kind == CLOSEST {
+            Self::Closest { ray, key }
+        } else {
+            Self::Occluded {
                 ray,
                 key,
                 least_priority: u8::decode(bytes)?.cast_signed(),
-            }),
-            other => Err(WireError::Variant(other)),
-        }
+            }
+        })
     }
 }
 
