@@ -283,6 +283,7 @@ def test_names_of_code_exist():
     folders = ("crates", "shaders", "tests", "usd_bridge/src", "usd_bridge/python", "pipeline")
     files = [p for f in folders for s in ("*.rs", "*.py") for p in (ROOT / f).rglob(s)]
     files += [p for p in (ROOT / "usd_bridge/tests").glob("*.py") if p != Path(__file__)]
+    files += (ROOT / "usd_bridge/ray_tests").glob("*.py")
     files += [ROOT / "Cargo.toml"]
     known = set(re.findall(r"\w+", " ".join(p.read_text(encoding="utf-8") for p in files)))
     for page in PAGES:
