@@ -1,4 +1,4 @@
-use kilauea_scene::{Prototype, Scene};
+use kilauea_scene::{CurvesChunk, MeshChunk, PointsChunk, Prototype, Scene};
 
 use crate::geometry::ChunkId;
 
@@ -16,31 +16,13 @@ pub(super) fn cut(scene: &Scene, keep: impl Fn(ChunkId, u32) -> bool) -> Scene {
             path: whole.path.clone(),
             center: whole.center,
             chunks: meshes
-                .map(|(i, c)| {
-                    if keep(i, c.material) {
-                        c.clone()
-                    } else {
-                        c.husk()
-                    }
-                })
+                .map(|(i, c)| whole_or_husk(c, keep(i, c.material), MeshChunk::husk))
                 .collect(),
             curves: curves
-                .map(|(i, c)| {
-                    if keep(i, c.material) {
-                        c.clone()
-                    } else {
-                        c.husk()
-                    }
-                })
+                .map(|(i, c)| whole_or_husk(c, keep(i, c.material), CurvesChunk::husk))
                 .collect(),
             points: points
-                .map(|(i, c)| {
-                    if keep(i, c.material) {
-                        c.clone()
-                    } else {
-                        c.husk()
-                    }
-                })
+                .map(|(i, c)| whole_or_husk(c, keep(i, c.material), PointsChunk::husk))
                 .collect(),
             instances: whole.instances.clone(),
         }
@@ -54,4 +36,8 @@ pub(super) fn cut(scene: &Scene, keep: impl Fn(ChunkId, u32) -> bool) -> Scene {
         lights: scene.lights.clone(),
         camera: scene.camera.clone(),
     }
+}
+
+fn whole_or_husk<T: Clone>(chunk: &T, is_kept: bool, husk: impl Fn(&T) -> T) -> T {
+    if is_kept { chunk.clone() } else { husk(chunk) }
 }
