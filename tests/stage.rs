@@ -95,6 +95,21 @@ impl Stage {
         stage
     }
 
+    /// The same beside a red wall, and closer.
+    pub fn sphere_beside_wall() -> Self {
+        let mut stage = Self::sphere_on_floor();
+        stage.camera = perspective([0.0, 1.2, 3.0], [0.0, 0.4, 0.0], 0.4);
+        stage.materials.push(matte([0.8, 0.3, 0.2]));
+        let wall = [
+            [-1.0, 0.0, -1.0],
+            [-1.0, 0.0, 1.0],
+            [-1.0, 2.0, 1.0],
+            [-1.0, 2.0, -1.0],
+        ];
+        stage.meshes.push(Mesh::polygon(&wall).with_material(2));
+        stage
+    }
+
     /// Settings that tests start from: 16 by 16 pixels, 64 samples, one thread, the box filter.
     pub fn settings() -> RenderSettings {
         RenderSettings {

@@ -14,16 +14,7 @@ const RESOLUTION: f64 = 3e-5;
 
 /// A glossy ball on a floor beside a red wall, under a lamp and a dome.
 fn stage() -> Stage {
-    let mut stage = Stage::sphere_on_floor();
-    stage.camera = perspective([0.0, 1.2, 3.0], [0.0, 0.4, 0.0], 0.4);
-    stage.materials.push(matte([0.8, 0.3, 0.2]));
-    let wall = [
-        [-1.0, 0.0, -1.0],
-        [-1.0, 0.0, 1.0],
-        [-1.0, 2.0, 1.0],
-        [-1.0, 2.0, -1.0],
-    ];
-    stage.meshes.push(Mesh::polygon(&wall).with_material(2));
+    let mut stage = Stage::sphere_beside_wall();
     stage.lights = vec![rect_light(0.5, 0.5, 2.0), dome()];
     stage
 }

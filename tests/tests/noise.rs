@@ -3,23 +3,14 @@
 use kilauea_math::Spectrum;
 use kilauea_render::{Conditions, PreparedScene};
 use kilauea_scene::{Light, RenderSettings, Shading};
-use kilauea_tests::{Mesh, Picture, Stage, matte, perspective, rect_light};
+use kilauea_tests::{Picture, Stage, rect_light};
 use std::sync::Arc;
 
 const THRESHOLD: f32 = 0.05;
 
 /// A glossy ball on a floor beside a wall, under a lamp.
 fn prepared() -> Arc<PreparedScene> {
-    let mut stage = Stage::sphere_on_floor();
-    stage.camera = perspective([0.0, 1.2, 3.0], [0.0, 0.4, 0.0], 0.4);
-    stage.materials.push(matte([0.8, 0.3, 0.2]));
-    let wall = [
-        [-1.0, 0.0, -1.0],
-        [-1.0, 0.0, 1.0],
-        [-1.0, 2.0, 1.0],
-        [-1.0, 2.0, -1.0],
-    ];
-    stage.meshes.push(Mesh::polygon(&wall).with_material(2));
+    let mut stage = Stage::sphere_beside_wall();
     stage.lights = vec![Light {
         radiance: Spectrum::splat(20.0),
         ..rect_light(0.5, 0.5, 2.0)
