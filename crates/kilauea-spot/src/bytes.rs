@@ -9,7 +9,7 @@ use std::thread::scope;
 
 use crate::error::RunError;
 use crate::program::{Answerer, Program};
-use crate::server::{Desk, Server, fail_on_error};
+use crate::server::{Desk, Server, fail_on_error, spawn_boxed};
 use crate::slots::Ticket;
 use crate::wire::{Wire, WireError};
 
@@ -38,14 +38,15 @@ where
         let (to_far, at_far) = sync_channel(CHANNEL_CAPACITY);
         let (to_near, at_near) = sync_channel(CHANNEL_CAPACITY);
         scope(|threads| {
-            threads.spawn(move || {
+            let far_side = move || {
                 fail_on_error(desk, "the far side", || {
                     answer_bytes(self.answerer, &at_far, &to_near)
                 });
-            });
-            threads.spawn(move || {
-                fail_on_error(desk, "the near side", || bring_home(desk, &at_near));
-            });
+            };
+            let near_side =
+                move || fail_on_error(desk, "the near side", || bring_home(desk, &at_near));
+            spawn_boxed(threads, Box::new(far_side));
+            spawn_boxed(threads, Box::new(near_side));
             while let Some(batch) = desk.next_batch() {
                 let bytes = encode_batch(batch.thread, &batch.questions);
                 if to_far.send(bytes).is_err() {

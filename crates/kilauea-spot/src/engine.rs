@@ -95,10 +95,13 @@ impl Engine {
         J: Job<P>,
     {
         let progress = Progress::new();
-        let fail = |error| progress.end(Some(error));
-        let run = |_| run_thread_inline(program, answerer, job, &progress);
         let start = Instant::now();
-        let threads = scope(|threads| self.join_engine_threads(threads, &run, &fail));
+        let threads = self.run_threads(&Threads {
+            n_servers: 0,
+            serve: &|| {},
+            run: &|_| run_thread_inline(program, answerer, job, &progress),
+            fail: &|error| progress.end(Some(error)),
+        });
         outcome(&progress, threads, start)
     }
 
@@ -115,77 +118,79 @@ impl Engine {
         S: Server<P>,
         J: Job<P>,
     {
-        let n_servers = n_servers.max(1);
         let exchange = Exchange::new(&self.limits);
-        let fail = |error| exchange.end(Some(error));
-        let serve = || server.serve(&Desk::new(&exchange));
-        let run = |thread| run_thread(thread, program, job, &exchange, &self.limits);
         let start = Instant::now();
-        let threads = scope(|threads| {
-            for i in 0..n_servers {
-                spawn(
-                    threads,
-                    format!("answers {i}"),
-                    Builder::new(),
-                    &fail,
-                    serve,
-                );
-            }
-            self.join_engine_threads(threads, &run, &fail)
+        let threads = self.run_threads(&Threads {
+            n_servers: n_servers.max(1),
+            serve: &|| server.serve(&Desk::new(&exchange)),
+            run: &|thread| run_thread(thread, program, job, &exchange, &self.limits),
+            fail: &|error| exchange.end(Some(error)),
         });
         outcome(&exchange.progress, threads, start)
     }
 
-    /// Runs engine threads to their end.
-    fn join_engine_threads<'scope>(
-        &self,
-        threads: &'scope Scope<'scope, '_>,
-        run: &'scope (impl Fn(usize) -> ThreadStats + Sync),
-        fail: &'scope (impl Fn(RunError) + Sync),
-    ) -> Vec<ThreadStats> {
-        let start = |thread| {
-            let builder = Builder::new().stack_size(self.limits.stack_bytes);
-            spawn(
-                threads,
-                format!("spot {thread}"),
-                builder,
-                fail,
-                move || run(thread),
-            )
-        };
-        // All threads start before the first is waited for.
-        let handles: Vec<_> = (0..self.limits.n_threads).map(start).collect();
-        let join = |handle: ScopedJoinHandle<'_, Option<ThreadStats>>| handle.join().ok()?;
-        handles.into_iter().flatten().filter_map(join).collect()
+    /// Runs all threads to their end, and brings what the engine's own say.
+    fn run_threads(&self, threads: &Threads<'_>) -> Vec<ThreadStats> {
+        let Threads { serve, run, .. } = *threads;
+        scope(|scope| {
+            for i in 0..threads.n_servers {
+                threads.spawn(
+                    scope,
+                    format!("answers {i}"),
+                    Builder::new(),
+                    Box::new(serve),
+                );
+            }
+            let start = |thread| {
+                let builder = Builder::new().stack_size(self.limits.stack_bytes);
+                let run = Box::new(move || run(thread));
+                threads.spawn(scope, format!("spot {thread}"), builder, run)
+            };
+            // All threads start before the first is waited for.
+            let handles: Vec<_> = (0..self.limits.n_threads).map(start).collect();
+            let join = |handle: ScopedJoinHandle<'_, Option<ThreadStats>>| handle.join().ok()?;
+            handles.into_iter().flatten().filter_map(join).collect()
+        })
     }
 }
 
-/// Starts a thread whose panic, or whose lack, fails the run.
-fn spawn<'scope, T: Send + 'scope>(
-    threads: &'scope Scope<'scope, '_>,
-    name: String,
-    builder: Builder,
-    fail: &'scope (impl Fn(RunError) + Sync),
-    run: impl FnOnce() -> T + Send + 'scope,
-) -> Option<ScopedJoinHandle<'scope, Option<T>>> {
-    let thread = name.clone();
-    let guarded = move || match catch_unwind(AssertUnwindSafe(run)) {
-        Ok(result) => Some(result),
-        Err(payload) => {
-            let message = panic_message(payload.as_ref());
-            fail(RunError::ThreadPanicked { thread, message });
-            None
-        }
-    };
-    let spawned = builder.name(name.clone()).spawn_scoped(threads, guarded);
-    spawned
-        .map_err(|error| {
-            fail(RunError::NoThread {
-                thread: name,
-                message: error.to_string(),
-            });
-        })
-        .ok()
+/// What the threads of a run do. Behind pointers, since programs are many and starting threads takes
+/// more code than most of them.
+struct Threads<'a> {
+    n_servers: usize,
+    serve: &'a (dyn Fn() + Sync),
+    run: &'a (dyn Fn(usize) -> ThreadStats + Sync),
+    fail: &'a (dyn Fn(RunError) + Sync),
+}
+
+impl Threads<'_> {
+    /// Starts a thread whose panic, or whose lack, fails the run.
+    fn spawn<'scope, T: Send + 'scope>(
+        &'scope self,
+        scope: &'scope Scope<'scope, '_>,
+        name: String,
+        builder: Builder,
+        run: Box<dyn FnOnce() -> T + Send + 'scope>,
+    ) -> Option<ScopedJoinHandle<'scope, Option<T>>> {
+        let thread = name.clone();
+        let guarded = move || match catch_unwind(AssertUnwindSafe(run)) {
+            Ok(result) => Some(result),
+            Err(payload) => {
+                let message = panic_message(payload.as_ref());
+                (self.fail)(RunError::ThreadPanicked { thread, message });
+                None
+            }
+        };
+        let spawned = builder.name(name.clone()).spawn_scoped(scope, guarded);
+        spawned
+            .map_err(|error| {
+                (self.fail)(RunError::NoThread {
+                    thread: name,
+                    message: error.to_string(),
+                });
+            })
+            .ok()
+    }
 }
 
 fn outcome(

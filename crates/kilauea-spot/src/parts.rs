@@ -8,7 +8,7 @@ use std::thread::scope;
 use crate::error::{RunError, panic_message};
 use crate::exchange::Batch;
 use crate::program::Program;
-use crate::server::{Desk, Server};
+use crate::server::{Desk, Server, spawn_boxed};
 use crate::slots::Ticket;
 
 /// Batches on their way to a holder. When there are so many, who routes questions waits for the
@@ -125,7 +125,8 @@ impl<P: Program<Question: Clone>, A: Parts<P>> Server<P> for Split<'_, A> {
         scope(|threads| {
             let senders = (0..self.parts.n_parts()).map(|part| {
                 let (to_holder, at_holder) = sync_channel(CHANNEL_CAPACITY);
-                threads.spawn(move || self.ask_holder(part, &at_holder, pending, desk));
+                let ask = move || self.ask_holder(part, &at_holder, pending, desk);
+                spawn_boxed(threads, Box::new(ask));
                 to_holder
             });
             let senders: Vec<_> = senders.collect();

@@ -1,7 +1,7 @@
 //! Who answers questions that travel.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::thread::scope;
+use std::thread::{Scope, scope};
 
 use crate::error::{RunError, panic_message};
 use crate::exchange::{Batch, Exchange, Mail, QuestionQueue};
@@ -84,7 +84,8 @@ impl<P: Program, A: Answerer<P>> Server<P> for Queue<'_, A> {
                     let questions = vec![asked];
                     slow.push(Batch { thread, questions });
                     if n_slow_threads < N_SLOW_THREADS {
-                        threads.spawn(|| self.answer_slowly(desk, slow));
+                        let answer = || self.answer_slowly(desk, slow);
+                        spawn_boxed(threads, Box::new(answer));
                         n_slow_threads += 1;
                     }
                 }
@@ -130,6 +131,15 @@ impl<Q> Drop for CloseOnDrop<'_, Q> {
     fn drop(&mut self) {
         self.0.close();
     }
+}
+
+/// Starts a thread by code that all programs share: starting one takes more of it than most answerers
+/// have.
+pub(crate) fn spawn_boxed<'scope>(
+    threads: &'scope Scope<'scope, '_>,
+    run: Box<dyn FnOnce() + Send + 'scope>,
+) {
+    threads.spawn(run);
 }
 
 /// Ends the run if `run`, on a thread that is called `thread`, cannot go on.
