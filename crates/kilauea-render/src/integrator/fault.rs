@@ -80,6 +80,13 @@ impl FirstFault {
     pub(crate) fn get(&self) -> Option<Fault> {
         self.0.get().copied()
     }
+
+    /// By a call: integrators are many, and look in many places.
+    #[cold]
+    #[inline(never)]
+    fn keep(&self, fault: Fault) {
+        self.0.get_or_init(|| fault);
+    }
 }
 
 impl Watch for &FirstFault {
@@ -91,7 +98,7 @@ impl Watch for &FirstFault {
         is_finite: impl FnOnce() -> bool,
     ) {
         if self.0.get().is_none() && !is_finite() {
-            self.0.get_or_init(|| Fault { step, depth, at });
+            self.keep(Fault { step, depth, at });
         }
     }
 }
