@@ -42,7 +42,7 @@ pub use box_tree::BoxTree;
 pub use geometry::{
     BuildOptions, CurveBasis, CurveProfile, Curves, Geometry, Mesh, Placement, Spheres,
 };
-pub use ray::{Hit, Ray};
+pub use ray::{Hit, PrimitiveId, Ray};
 pub use spawn::{PlacementError, SurfacePoint, offset_origin};
 pub use visibility::Visibility;
 pub use whole::Whole;

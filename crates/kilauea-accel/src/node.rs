@@ -1,7 +1,7 @@
 //! The tree as the kernels read it.
 
 use crate::motion::lerp;
-use crate::ray::Hit;
+use crate::ray::{Hit, PrimitiveId};
 use kilauea_math::{Bounds3, Vec3};
 use std::ops::Deref;
 
@@ -156,6 +156,15 @@ impl PairLeaf {
     #[inline(always)]
     pub(crate) fn corner_rows(&self, lane: usize) -> [u8; 3] {
         CORNER_ORDERS[(self.order[lane & 7] & 7) as usize]
+    }
+
+    /// The triangle of a lane, for the tree of `id_base`.
+    #[inline(always)]
+    pub(crate) fn id(&self, lane: usize, id_base: u32) -> PrimitiveId {
+        PrimitiveId {
+            instance: id_base + self.instance[lane & 3],
+            primitive: self.triangle[lane & 7],
+        }
     }
 
     /// The hit of a lane, for the tree of `id_base`.

@@ -16,6 +16,26 @@ pub struct Ray {
     pub time: f32,
     /// Of which kinds it is.
     pub visibility: Visibility,
+    /// The triangle that it starts on, or none. What is flat is not met again, and a ray that says
+    /// where it comes from spares the tracer finding that out in `f64`.
+    pub from: PrimitiveId,
+}
+
+/// A primitive as hits name it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PrimitiveId {
+    /// Index of the placement.
+    pub instance: u32,
+    /// Primitive within its geometry.
+    pub primitive: u32,
+}
+
+impl PrimitiveId {
+    /// No primitive.
+    pub const NONE: Self = Self {
+        instance: u32::MAX,
+        primitive: u32::MAX,
+    };
 }
 
 impl Ray {
@@ -29,6 +49,7 @@ impl Ray {
             t_max: f32::INFINITY,
             time: 0.0,
             visibility: Visibility::ALL,
+            from: PrimitiveId::NONE,
         }
     }
 
@@ -106,6 +127,15 @@ pub struct Hit {
 }
 
 impl Hit {
+    /// What is hit.
+    #[inline(always)]
+    pub fn id(&self) -> PrimitiveId {
+        PrimitiveId {
+            instance: self.instance,
+            primitive: self.primitive,
+        }
+    }
+
     /// The order in which hits win: nearest, then lowest instance, then lowest primitive.
     #[inline(always)]
     pub fn wins_over(&self, other: &Self) -> bool {

@@ -1,6 +1,6 @@
 //! Camera rays.
 
-use kilauea_accel::{Ray, Visibility};
+use kilauea_accel::{PrimitiveId, Ray, Visibility};
 use kilauea_math::{DMat4, DVec3, Vec2, Vec3, warp};
 use kilauea_scene::{Camera, Projection};
 
@@ -136,6 +136,7 @@ impl RayGenerator {
                 t_max: self.clipping_range[1] * distance_per_depth,
                 time,
                 visibility: Visibility::CAMERA,
+                from: PrimitiveId::NONE,
             },
             distance_per_depth,
         }

@@ -1,10 +1,12 @@
 use super::keep::Keep;
-use crate::ray::{Hit, Ray};
+use crate::ray::{Hit, PrimitiveId, Ray};
 
 /// The best hit so far; before any, one that every hit in range wins over.
 pub(crate) struct Search<F> {
     pub(crate) t_min: f32,
     pub(crate) best: Hit,
+    /// The triangle that the ray starts on.
+    pub(crate) from: PrimitiveId,
     keep: F,
 }
 
@@ -20,6 +22,7 @@ impl<F: Keep> Search<F> {
                 primitive: u32::MAX,
                 instance: u32::MAX,
             },
+            from: ray.from,
             keep,
         }
     }

@@ -124,6 +124,11 @@ impl<K: Kernel, L: Line, F: Keep, const ANY: bool> Visitor for TreeLeaves<'_, K,
                 self.limit = self.distances.furthest.0[lane];
                 self.pending = Some((leaf, lane));
             } else if !is_certain || self.distances.nearest.0[lane] <= self.limit {
+                // A line through where it starts on a triangle passes within it, and in `f32` it
+                // takes an exact look to tell that it does so no further on.
+                if !is_certain && block.id(lane, self.id_base) == self.search.from {
+                    continue;
+                }
                 self.settle();
                 if self.offer(leaf, lane) && ANY {
                     return true;

@@ -1,4 +1,4 @@
-use kilauea_accel::{Ray, Visibility, offset_origin};
+use kilauea_accel::{PrimitiveId, Ray, Visibility, offset_origin};
 use kilauea_math::{Vec2, Vec3};
 use kilauea_shading::Surface;
 use shaders::Shader;
@@ -26,6 +26,8 @@ pub struct View {
 pub struct Interaction<'a> {
     /// Which primitive.
     pub at: PrimitiveRef,
+    /// The same, as rays name it.
+    pub id: PrimitiveId,
     /// What shaders see.
     pub surface: Surface<'a>,
     /// By axis: how far `surface.p` may be from the surface that rays are tested against.
@@ -53,6 +55,7 @@ impl Interaction<'_> {
             t_max,
             time: self.time,
             visibility,
+            from: self.id,
         }
     }
 

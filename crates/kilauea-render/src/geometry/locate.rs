@@ -96,6 +96,12 @@ impl PrototypeIndex {
         };
         (chunk as u32, primitive - before[chunk])
     }
+
+    /// The primitive as hits count it.
+    #[inline]
+    pub(super) fn primitive(&self, at: PrimitiveRef) -> u32 {
+        self.primitives_before[at.chunk as usize] + at.primitive
+    }
 }
 
 /// Primitives of each chunk.

@@ -15,7 +15,7 @@ mod triangle;
 
 use std::sync::Arc;
 
-use kilauea_accel::{Accel, BuildOptions, Placement, Whole};
+use kilauea_accel::{Accel, BuildOptions, Placement, PrimitiveId, Whole};
 use kilauea_math::{Bounds3, Vec3};
 use kilauea_scene::{Attribute, InstanceAttribute, MeshChunk, Scene, Visibility};
 use kilauea_shading::{Element, PrimvarSlot, Surface};
@@ -310,8 +310,13 @@ impl Geometry {
     ) -> Interaction<'a> {
         let placed = &self.placements[at.placement as usize];
         let (instance_primvars, instance_index) = self.instance_attributes(placed);
+        let prototype = &self.outline.prototypes[placed.prototype as usize];
         Interaction {
             at,
+            id: PrimitiveId {
+                instance: at.placement,
+                primitive: prototype.primitive(at),
+            },
             surface: Surface {
                 p: point.p,
                 ng: point.ng,

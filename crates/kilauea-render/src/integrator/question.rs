@@ -153,12 +153,11 @@ impl Wire for Question {
         let dir = Vec3::from_array(Wire::decode(bytes)?);
         let [t_min, t_max, time] = Wire::decode(bytes)?;
         let ray = Ray {
-            origin,
-            dir,
             t_min,
             t_max,
             time,
             visibility: Visibility(u8::decode(bytes)?),
+            ..Ray::new(origin, dir)
         };
         let key = u32::decode(bytes)?;
         Ok(if kind == CLOSEST {

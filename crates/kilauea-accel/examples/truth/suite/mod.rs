@@ -12,7 +12,7 @@ mod tally;
 pub(crate) use sets::{Set, all_sets};
 pub(crate) use tally::Tally;
 
-use kilauea_accel::Hit;
+use kilauea_accel::{Hit, Ray};
 use oracle::Oracle;
 use rays::{Aimed, RaySource};
 use shapes::Builds;
@@ -42,6 +42,14 @@ fn run_stage(stage: &Stage, seed: u64, until: u64, tally: &mut Tally) {
         let left = leave(stage, &oracle, &hit, source.random());
         tally.n_spawned += 1;
         let again = check(&builds, &oracle, &left, tally);
+        let told = Ray {
+            from: hit.id(),
+            ..left.ray
+        };
+        let agree = builds.0.iter().all(|accel| {
+            accel.intersect(&told) == again && accel.occluded(&told) == again.is_some()
+        });
+        tally.kernels_differ(&told, again, !agree);
         let is_same = again.is_some_and(|again| {
             again.instance == hit.instance
                 && oracle.is_same_place(hit.instance, hit.primitive, again.primitive)

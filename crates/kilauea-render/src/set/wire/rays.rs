@@ -79,13 +79,14 @@ pub(crate) fn decode_questions(mut bytes: &[u8]) -> Result<Vec<Question>, WireEr
     }
     let question = |i: usize| {
         let float = |column: usize| f32::from_bits(words[column][i]);
+        let origin = Vec3::new(float(0), float(1), float(2));
+        let dir = Vec3::new(float(3), float(4), float(5));
         let ray = Ray {
-            origin: Vec3::new(float(0), float(1), float(2)),
-            dir: Vec3::new(float(3), float(4), float(5)),
             t_min: float(6),
             t_max: float(7),
             time: float(8),
             visibility: Visibility(visibility[i]),
+            ..Ray::new(origin, dir)
         };
         let key = words[9][i];
         if kinds[i] == CLOSEST {
