@@ -2,8 +2,6 @@
 
 use kilauea_math::Vec3;
 
-use crate::record::GatherRecord;
-
 /// Divides places, each a position and a normal, into cells.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct CellTree {
@@ -21,7 +19,7 @@ struct Node {
 }
 
 /// Position, then normal.
-type Place = [f32; 6];
+pub(crate) type Place = [f32; 6];
 
 const CELL: u32 = 6;
 /// Cells whose normals differ by more in one component are divided by normals first: about 60°.
@@ -30,22 +28,22 @@ const MAX_NORMAL_EXTENT: f32 = 1.0;
 const MIN_RECORDS: usize = 32;
 
 impl CellTree {
-    /// Divides the places of `records` into cells of at most `capacity` records each, unless they
-    /// are all in one place. Returns the numbers of the records of each cell too.
-    pub(crate) fn build(records: &[GatherRecord], capacity: usize) -> (Self, Vec<Vec<u32>>) {
+    /// Divides `places` into cells of at most `capacity` each, unless they are all the same. Returns
+    /// the numbers of the places of each cell too.
+    pub(crate) fn build(places: &[Place], capacity: usize) -> (Self, Vec<Vec<u32>>) {
         let mut growing = Growing {
             tree: Self { nodes: Vec::new() },
             members: Vec::new(),
         };
-        let mut numbers: Vec<u32> = (0..records.len() as u32).collect();
-        growing.divide(records, &mut numbers, capacity.max(1));
+        let mut numbers: Vec<u32> = (0..places.len() as u32).collect();
+        growing.divide(places, &mut numbers, capacity.max(1));
         (growing.tree, growing.members)
     }
 
     /// The number of the cell of a place.
     #[inline]
     pub(crate) fn cell(&self, p: Vec3, n: Vec3) -> usize {
-        let place = [p.x, p.y, p.z, n.x, n.y, n.z];
+        let place = place(p, n);
         let mut idx = 0;
         loop {
             let node = &self.nodes[idx];
@@ -58,6 +56,20 @@ impl CellTree {
                 node.link as usize
             };
         }
+    }
+
+    /// The two nodes below a node; none below a cell. The root is number 0.
+    pub(crate) fn children(&self, node: usize) -> Option<[usize; 2]> {
+        let Node { axis, link, .. } = self.nodes[node];
+        (axis != CELL).then_some([node + 1, link as usize])
+    }
+
+    /// The first of the cells below a node: they have one number after the other.
+    pub(crate) fn first_cell(&self, mut node: usize) -> usize {
+        while let Some([first, _]) = self.children(node) {
+            node = first;
+        }
+        self.nodes[node].link as usize
     }
 
     /// Bytes held.
@@ -73,10 +85,10 @@ struct Growing {
 }
 
 impl Growing {
-    fn divide(&mut self, records: &[GatherRecord], numbers: &mut [u32], capacity: usize) {
+    fn divide(&mut self, places: &[Place], numbers: &mut [u32], capacity: usize) {
         let nodes = &mut self.tree.nodes;
         let idx = nodes.len();
-        let Some((axis, split)) = choose_split(records, numbers, capacity) else {
+        let Some((axis, split)) = choose_split(places, numbers, capacity) else {
             nodes.push(Node {
                 axis: CELL,
                 split: 0.0,
@@ -90,30 +102,25 @@ impl Growing {
             split,
             link: 0,
         });
-        numbers.sort_by_key(|&number| place(&records[number as usize])[axis] >= split);
-        let n_first =
-            numbers.partition_point(|&number| place(&records[number as usize])[axis] < split);
+        numbers.sort_by_key(|&number| places[number as usize][axis] >= split);
+        let n_first = numbers.partition_point(|&number| places[number as usize][axis] < split);
         let (first, second) = numbers.split_at_mut(n_first);
-        self.divide(records, first, capacity);
+        self.divide(places, first, capacity);
         self.tree.nodes[idx].link = self.tree.nodes.len() as u32;
-        self.divide(records, second, capacity);
+        self.divide(places, second, capacity);
     }
 }
 
 /// Axis and value where a cell is divided: by the widest component of normals while they differ
 /// much, else through the median of the widest component of positions while there are too many.
-fn choose_split(
-    records: &[GatherRecord],
-    numbers: &[u32],
-    capacity: usize,
-) -> Option<(usize, f32)> {
+fn choose_split(places: &[Place], numbers: &[u32], capacity: usize) -> Option<(usize, f32)> {
     if numbers.len() < MIN_RECORDS.min(capacity + 1) {
         return None;
     }
     let mut min = [f32::INFINITY; 6];
     let mut max = [f32::NEG_INFINITY; 6];
     for &number in numbers {
-        let place = place(&records[number as usize]);
+        let place = places[number as usize];
         for axis in 0..6 {
             min[axis] = min[axis].min(place[axis]);
             max[axis] = max[axis].max(place[axis]);
@@ -134,7 +141,7 @@ fn choose_split(
     let axis = widest(0..3);
     let mut components: Vec<f32> = numbers
         .iter()
-        .map(|&number| place(&records[number as usize])[axis])
+        .map(|&number| places[number as usize][axis])
         .collect();
     let middle = components.len() / 2;
     let (_, &mut median, _) = components.select_nth_unstable_by(middle, f32::total_cmp);
@@ -147,7 +154,8 @@ fn choose_split(
     beyond.min_by(f32::total_cmp).map(|nearest| (axis, nearest))
 }
 
-fn place(record: &GatherRecord) -> Place {
-    let [p, n] = [record.p, record.n];
+/// The place of a position and a normal.
+#[inline]
+pub(crate) fn place(p: Vec3, n: Vec3) -> Place {
     [p.x, p.y, p.z, n.x, n.y, n.z]
 }

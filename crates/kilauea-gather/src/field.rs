@@ -1,7 +1,7 @@
 use kilauea_math::Vec3;
 use rayon::prelude::*;
 
-use crate::cell_tree::CellTree;
+use crate::cell_tree::{CellTree, place};
 use crate::direction_tree::DirectionTree;
 use crate::record::GatherRecord;
 
@@ -30,7 +30,11 @@ impl GatherField {
             return None;
         }
         let capacity = CELL_RECORDS_PER_ROOT * (sound.len() as f32).sqrt();
-        let (tree, members) = CellTree::build(&sound, capacity.max(MIN_RECORDS) as usize);
+        let places: Vec<_> = sound
+            .iter()
+            .map(|record| place(record.p, record.n))
+            .collect();
+        let (tree, members) = CellTree::build(&places, capacity.max(MIN_RECORDS) as usize);
         let fit = |members: &Vec<u32>| {
             let numbers = members.iter().map(|&number| number as usize);
             DirectionTree::fit(numbers.map(|number| &sound[number].arrival))

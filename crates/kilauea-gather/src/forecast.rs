@@ -1,11 +1,8 @@
 //! What drawing directions from cells would bring, told by paths that did not.
 
 use crate::field::GatherField;
-use crate::picture::PictureEstimate;
+use crate::picture::{MAX_RELATIVE_SQ, PictureEstimate};
 use crate::record::GatherRecord;
-
-/// Single records are taken to err by no more, so that no single one decides.
-const MAX_RELATIVE_SQ: f32 = 25.0;
 
 /// The second moment of what vertices of plain paths brought to their pixels, over that which it
 /// would have had with the share `share` of directions drawn from cells: each record is weighed by

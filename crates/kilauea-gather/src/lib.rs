@@ -3,11 +3,16 @@
 //!
 //! Paths leave [`GatherRecord`]s. [`GatherField::fit`] divides the places where they scattered into
 //! cells and fits to each cell a distribution over the directions from which it receives light.
-//! [`forecast`] tells beforehand whether that is of use. It knows no scene and no lights.
+//! [`ChoiceRecord`]s are of lights that paths chose, fork by fork; [`ChoiceField::fit`] weighs the ways of
+//! each fork, cell by cell. [`forecast`] and [`forecast_choice`] tell beforehand whether either is of
+//! use. It knows no scene and no lights.
 
 #![forbid(unsafe_code)]
 
 mod cell_tree;
+mod choice_field;
+mod choice_forecast;
+mod choice_record;
 mod direction_tree;
 mod field;
 mod forecast;
@@ -15,6 +20,9 @@ mod octahedral;
 mod picture;
 mod record;
 
+pub use choice_field::{CellChoice, ChoiceField};
+pub use choice_forecast::{ChoiceForecast, PLAIN_CHOICES, forecast_choice};
+pub use choice_record::{ChoiceRecord, ChoiceRecords, Turn};
 pub use direction_tree::DirectionTree;
 pub use field::GatherField;
 pub use forecast::forecast;

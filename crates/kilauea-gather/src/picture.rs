@@ -35,8 +35,9 @@ pub struct PictureEstimate {
 const SQUARE: i32 = 8;
 /// Luminance over that of the whole picture below which errors are absolute.
 const LEAST_LUMINANCE: f32 = 0.1;
-/// Single paths are taken to err by no more, so that no single one decides.
-const MAX_RELATIVE_VARIANCE: f32 = 25.0;
+/// Greatest square of what single paths and records bring or err by relative to the picture, so that no
+/// single one decides.
+pub(crate) const MAX_RELATIVE_SQ: f32 = 25.0;
 
 impl PictureEstimate {
     /// Fits to samples of pixels from `min` up to and without `max`. None where nothing is seen.
@@ -75,7 +76,7 @@ impl PictureEstimate {
             let difference = pair[0].luminance - pair[1].luminance;
             let relative = difference * self.per_luminance(pair[0].pixel);
             // NaN, which is not less, counts as the most.
-            let relative_sq = MAX_RELATIVE_VARIANCE.min(0.5 * relative * relative);
+            let relative_sq = MAX_RELATIVE_SQ.min(0.5 * relative * relative);
             variance += f64::from(relative_sq);
             n_rays += 0.5 * f64::from(pair[0].n_rays + pair[1].n_rays);
         }

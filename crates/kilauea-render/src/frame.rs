@@ -15,8 +15,8 @@ use crate::camera::RayGenerator;
 use crate::caustics::CausticPlan;
 use crate::conditions::Conditions;
 use crate::integrator::{
-    Air, Blame, Faults, Guide, Guided, Media, MediumStack, Merge, PathIntegrator, RayCone,
-    RayCounts, RayTracer, Unguided, Unmerged, Unwatched, media_around,
+    Air, Blame, Faults, Guide, Media, MediumStack, Merge, PathIntegrator, RayCone, RayCounts,
+    RayTracer, Unguided, Unmerged, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::noise::{NoiseGate, n_pixels_below};
@@ -76,7 +76,9 @@ pub(crate) struct Outcome {
     pub(crate) shades: Shades,
     pub(crate) gather: GatherStats,
     /// Whether final paths draw directions from it.
-    pub(crate) is_guided: bool,
+    pub(crate) guides_directions: bool,
+    /// Whether they choose lights by it.
+    pub(crate) guides_lights: bool,
     pub(crate) caustics: CausticStats,
 }
 
@@ -137,13 +139,13 @@ impl Frame {
     /// Takes all samples by paths that know what light there is, where that pays.
     fn run_guided(&self) -> Result<(), RenderError> {
         let integrator = self.integrator::<true, _>(self.camera_media());
-        let field = match self.estimate_gather(integrator, &self.tracer()) {
-            Ok(field) => field,
+        let estimate = match self.estimate_gather(integrator, &self.tracer()) {
+            Ok(estimate) => estimate,
             Err(error) => return self.stopped_by(error),
         };
         self.lock_outcome().gather_secs = self.start.elapsed().as_secs_f64();
-        match &field {
-            Some(field) => self.run_all(integrator.guided_by(Guided { field })),
+        match estimate.guide() {
+            Some(guide) => self.run_all(integrator.guided_by(guide)),
             None => self.run_path(),
         }
     }

@@ -65,6 +65,8 @@ scene_needs! {
     /// Directions are drawn from where earlier paths found light: where that pays, so that it is
     /// known only after a frame. For the integrator `kilauea` alone.
     guided_directions,
+    /// Lights are chosen by what earlier paths found them to bring; as above.
+    guided_lights,
 }
 
 impl SceneNeeds {
@@ -105,6 +107,7 @@ impl SceneNeeds {
             lens: scene.camera.lens_radius > 0.0,
             surface_layers: true,
             guided_directions: false,
+            guided_lights: false,
         }
     }
 
@@ -125,6 +128,11 @@ impl SceneNeeds {
     /// Whether scattered rays can meet light. If not, a path's last ray would find nothing.
     pub fn met_lights(&self) -> bool {
         self.area_lights || self.mesh_lights || self.infinite_lights
+    }
+
+    /// Whether paths are to learn from others, whether it pays or not.
+    pub(crate) fn learns(&self) -> bool {
+        self.guided_directions || self.guided_lights
     }
 
     /// Names of what is needed and of what is skipped.

@@ -25,7 +25,8 @@ impl Frame {
         let prepared = &*self.prepared;
         let full_passes = self.passes.n_done();
         let (needs, skipped) = SceneNeeds {
-            guided_directions: self.needs.guided_directions || outcome.is_guided,
+            guided_directions: self.needs.guided_directions || outcome.guides_directions,
+            guided_lights: self.needs.guided_lights || outcome.guides_lights,
             ..self.needs
         }
         .names();

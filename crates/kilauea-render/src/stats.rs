@@ -142,6 +142,15 @@ pub struct GatherStats {
     /// What directions from cells promise by the records of plain paths: the second moment of what
     /// vertices bring without them, over that with them; zero where that tells nothing.
     pub forecast: f32,
+    /// Lights that training paths chose.
+    pub choices: u64,
+    /// Share of them that brought nothing.
+    pub choices_in_vain: f32,
+    /// Cells of lights.
+    pub light_cells: u64,
+    /// Variance of plain paths over that of paths that choose lights by cells, by the records of the
+    /// former; zero where they tell nothing.
+    pub forecast_of_lights: f32,
     /// Efficiency, one over variance and cost, of paths whose directions come from cells, over that
     /// of plain paths; zero where it was not measured.
     pub efficiency_of_directions: f32,

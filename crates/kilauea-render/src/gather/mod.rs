@@ -6,11 +6,14 @@ mod spoiled;
 mod trainer;
 mod training_pass;
 
-use kilauea_gather::{GatherField, PathError, PictureEstimate, forecast};
+use kilauea_gather::{
+    ChoiceField, GatherField, PathError, PictureEstimate, PictureSample, forecast, forecast_choice,
+};
 use kilauea_spot::RunError;
 
 use crate::frame::Frame;
 use crate::integrator::{GUIDED_SHARE, Guided, Media, PathIntegrator, RayTracer};
+use crate::light::ByCells;
 use crate::stats::GatherStats;
 use trainer::Trainer;
 
@@ -18,75 +21,144 @@ use trainer::Trainer;
 const LEAST_GAIN: f32 = 1.05;
 /// Where guided paths of a field that was made from few gain no more, more will not help.
 const HOPELESS: f32 = 1.0;
+/// Time of a path that chooses lights by cells over that of a plain one.
+const CHOICE_COST: f32 = 1.0;
 /// Time of a guided path over that of a plain path of as many rays; measured in `03_window`, rounded
 /// down by what training took of it.
 const GUIDED_COST: f32 = 1.3;
 
+/// What is known of the light before final paths are traced, as far as it pays.
+#[derive(Default)]
+pub(crate) struct GatherEstimate {
+    /// Where light comes from.
+    directions: Option<GatherField>,
+    /// Which lights bring it.
+    lights: Option<ChoiceField>,
+}
+
+impl GatherEstimate {
+    /// What paths are told of it; none where nothing pays.
+    pub(crate) fn guide(&self) -> Option<Guided<'_>> {
+        let is_any = self.directions.is_some() || self.lights.is_some();
+        is_any.then_some(Guided {
+            field: self.directions.as_ref(),
+            lights: ByCells {
+                field: self.lights.as_ref(),
+            },
+        })
+    }
+}
+
 impl Frame {
-    /// Where light comes from, by paths that found it; none where that does not pay.
+    /// Learns from a pilot of plain paths: which lights are worth choosing, and where light comes from.
     ///
-    /// Records of a first pass of plain paths forecast whether directions from cells would. Only then
-    /// passes of guided paths, the second longer (Müller et al. 2017), leave more records, and tell
-    /// whether they do.
+    /// Their records forecast whether either would pay. Guided directions are tried as well: passes
+    /// of guided paths, the second longer (Müller et al. 2017), leave more records, and tell whether
+    /// they do.
     pub(crate) fn estimate_gather<const CUTOUTS: bool, M: Media>(
         &self,
         integrator: PathIntegrator<'_, CUTOUTS, M>,
         tracer: &RayTracer<'_, CUTOUTS>,
-    ) -> Result<Option<GatherField>, RunError> {
+    ) -> Result<GatherEstimate, RunError> {
         let Some(mut trainer) = Trainer::new(self, integrator, tracer) else {
-            return Ok(None);
+            return Ok(GatherEstimate::default());
         };
         let mut tried = GatherStats::default();
-        let field = self.train(&mut trainer, &mut tried)?;
-        let pays = tried.efficiency_of_directions >= LEAST_GAIN;
+        let mut estimate = GatherEstimate::default();
+        let samples = trainer.run(1, None)?;
+        if let Some(pilot) = Pilot::of(self, &samples) {
+            estimate.lights = self.learn_lights(&trainer, &pilot, &mut tried);
+            estimate.directions = self.learn_directions(&mut trainer, &pilot, &mut tried)?;
+        }
+        let GatherEstimate { directions, lights } = &estimate;
         let mut outcome = self.lock_outcome();
         outcome.gather = GatherStats {
             paths: trainer.n_paths,
             records: trainer.records.len() as u64,
-            cells: field.as_ref().map_or(0, GatherField::n_cells) as u64,
-            bytes: field.as_ref().map_or(0, GatherField::n_bytes) as u64,
+            cells: directions.as_ref().map_or(0, GatherField::n_cells) as u64,
+            light_cells: lights.as_ref().map_or(0, ChoiceField::n_cells) as u64,
+            bytes: (directions.as_ref().map_or(0, GatherField::n_bytes)
+                + lights.as_ref().map_or(0, ChoiceField::n_bytes)) as u64,
             ..tried
         };
-        let field = field.filter(|_| pays || self.needs.guided_directions);
-        outcome.is_guided = field.is_some();
-        Ok(field)
+        outcome.guides_directions = directions.is_some();
+        outcome.guides_lights = lights.is_some();
+        drop(outcome);
+        Ok(estimate)
     }
 
-    /// A field of what paths found, if there is reason to hope for anything from it, and what was
-    /// found out about that.
-    fn train<const CUTOUTS: bool, M: Media>(
+    /// What lights bring in each cell, where choosing them by that pays.
+    fn learn_lights<const CUTOUTS: bool, M: Media>(
+        &self,
+        trainer: &Trainer<'_, '_, CUTOUTS, M>,
+        pilot: &Pilot,
+        tried: &mut GatherStats,
+    ) -> Option<ChoiceField> {
+        let Pilot {
+            picture,
+            plain,
+            n_paths,
+        } = pilot;
+        let choices = &trainer.choices;
+        tried.choices = choices.len() as u64;
+        let forecast = forecast_choice(choices, picture, *plain, *n_paths)?;
+        tried.choices_in_vain = forecast.in_vain;
+        tried.forecast_of_lights = forecast.gain;
+        let pays = forecast.gain >= LEAST_GAIN * CHOICE_COST || self.needs.guided_lights;
+        pays.then(|| ChoiceField::fit(choices, picture)).flatten()
+    }
+
+    /// Where light comes from in each cell, where drawing directions from that pays.
+    fn learn_directions<const CUTOUTS: bool, M: Media>(
         &self,
         trainer: &mut Trainer<'_, '_, CUTOUTS, M>,
+        pilot: &Pilot,
         tried: &mut GatherStats,
     ) -> Result<Option<GatherField>, RunError> {
+        let Pilot { picture, plain, .. } = pilot;
         let is_forced = self.needs.guided_directions;
-        let samples = trainer.run(1, None)?;
-        let window = self.film.data_window();
-        let Some(picture) = PictureEstimate::fit(window.min, window.max, &samples) else {
-            return Ok(None);
-        };
-        let Some(plain) = picture.error_of(&samples) else {
-            return Ok(None);
-        };
-        tried.forecast = forecast(&trainer.records, &picture, GUIDED_SHARE).unwrap_or(0.0);
+        tried.forecast = forecast(&trainer.records, picture, GUIDED_SHARE).unwrap_or(0.0);
         if tried.forecast <= HOPELESS && !is_forced {
             return Ok(None);
         }
         let mut field = trainer.fit();
         for length in [2, 4] {
-            let Some(guide) = field.as_ref().map(|field| Guided { field }) else {
+            let Some(guide) = field.as_ref().map(Guided::by_directions) else {
                 break;
             };
             let samples = trainer.run(length, Some(guide))?;
             if let Some(guided) = picture.error_of(&samples) {
-                tried.efficiency_of_directions = efficiency(plain, guided);
+                tried.efficiency_of_directions = efficiency(*plain, guided);
             }
             if tried.efficiency_of_directions <= HOPELESS && !is_forced {
                 break;
             }
             field = trainer.fit();
         }
-        Ok(field)
+        let pays = tried.efficiency_of_directions >= LEAST_GAIN || is_forced;
+        Ok(field.filter(|_| pays))
+    }
+}
+
+/// What a pass of plain paths tells of the picture.
+struct Pilot {
+    picture: PictureEstimate,
+    /// Error of one of its paths.
+    plain: PathError,
+    n_paths: usize,
+}
+
+impl Pilot {
+    /// None where nothing is seen.
+    fn of(frame: &Frame, samples: &[PictureSample]) -> Option<Self> {
+        let window = frame.film.data_window();
+        let picture = PictureEstimate::fit(window.min, window.max, samples)?;
+        let plain = picture.error_of(samples)?;
+        Some(Self {
+            picture,
+            plain,
+            n_paths: samples.len(),
+        })
     }
 }
 

@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
-use kilauea_gather::{Arrival, GatherField, GatherRecord};
+use kilauea_gather::{
+    Arrival, ChoiceField, ChoiceRecords, GatherField, GatherRecord, PictureEstimate,
+};
 use kilauea_math::hash::{combine, unit_f32};
-use kilauea_math::{DMat4, DVec3, Vec2, Vec3, warp};
+use kilauea_math::{DMat4, DVec3, Spectrum, Vec2, Vec3, warp};
 use kilauea_scene::{
-    Camera, Channel, FilterKind, Input, Light, Material, MeshChunk, Node, Prototype,
+    Camera, Channel, FilterKind, Input, Light, LightShape, Material, MeshChunk, Node, Prototype,
     RenderSettings, Scene, Visibility,
 };
 use kilauea_testing::{Family, Moments, welch_p};
@@ -15,7 +17,8 @@ use super::trainer::Trainer;
 use crate::conditions::Conditions;
 use crate::frame::Frame;
 use crate::integrator::{Guide, Guided, Media, MediumStack, Unguided};
-use crate::statistics::lights::{RECT, light};
+use crate::light::ByCells;
+use crate::statistics::lights::{RECT, SPHERE, light};
 
 use crate::{PrepareOptions, PreparedScene};
 
@@ -28,6 +31,33 @@ const N_TILES: usize = ((SIDE / TILE) * (SIDE / TILE)) as usize;
 /// A room that is open toward the camera, half matte and half glossy, under a light that shines on
 /// its ceiling: most light is reflected more than once.
 fn room() -> Scene {
+    let upward = DMat4::from_translation(DVec3::new(0.3, 0.2, -2.0))
+        * DMat4::from_rotation_x(std::f64::consts::FRAC_PI_2);
+    let lamp = Light {
+        specular: 1.0,
+        ..light(RECT, upward)
+    };
+    room_with(vec![lamp], 0.0)
+}
+
+/// The same room with lights of all kinds: some are in it, one behind a wall, one is the sky, and its
+/// walls shine.
+fn room_of_many_lights() -> Scene {
+    let at = |x, y, z| DMat4::from_translation(DVec3::new(x, y, z));
+    let small = DMat4::from_scale(DVec3::splat(0.3));
+    let lights = vec![
+        light(RECT, at(0.2, 0.9, -2.0)),
+        light(SPHERE, at(-0.5, -0.4, -2.2) * small),
+        light(SPHERE, at(3.0, 0.0, -2.0)),
+        Light {
+            radiance: Spectrum::splat(0.1),
+            ..light(LightShape::Dome, DMat4::IDENTITY)
+        },
+    ];
+    room_with(lights, 0.05)
+}
+
+fn room_with(lights: Vec<Light>, emission: f32) -> Scene {
     // x, y and z by a bit each.
     let corner = |bits: u8| {
         let [x, y, z] = [0, 1, 2].map(|axis| f32::from(bits >> axis & 1));
@@ -44,8 +74,6 @@ fn room() -> Scene {
         visibility: Visibility::ALL,
         ..MeshChunk::default()
     };
-    let upward = DMat4::from_translation(DVec3::new(0.3, 0.2, -2.0))
-        * DMat4::from_rotation_x(std::f64::consts::FRAC_PI_2);
     Scene {
         origin_world: DVec3::ZERO,
         prim_paths: vec!["/Room".into()],
@@ -55,12 +83,12 @@ fn room() -> Scene {
                 .into(),
             ..Prototype::default()
         }],
-        materials: vec![preview([0.8, 0.7, 0.6], 1.0), preview([0.5, 0.6, 0.7], 0.3)],
+        materials: vec![
+            preview([0.8, 0.7, 0.6], 1.0, 0.0),
+            preview([0.5, 0.6, 0.7], 0.3, emission),
+        ],
         textures: Vec::new(),
-        lights: vec![Light {
-            specular: 1.0,
-            ..light(RECT, upward)
-        }],
+        lights,
         camera: Camera {
             screen_window: [-0.7, -0.7, 0.7, 0.7],
             ..Camera::default()
@@ -68,7 +96,7 @@ fn room() -> Scene {
     }
 }
 
-fn preview(diffuse: [f32; 3], roughness: f32) -> Material {
+fn preview(diffuse: [f32; 3], roughness: f32, emission: f32) -> Material {
     let [r, g, b] = diffuse;
     let input = |node, channel| Input { node, channel };
     let constant = |value| Node::Constant { value };
@@ -78,9 +106,14 @@ fn preview(diffuse: [f32; 3], roughness: f32) -> Material {
         inputs: [
             ("diffuseColor".into(), input(0, Channel::Rgb)),
             ("roughness".into(), input(1, Channel::R)),
+            ("emissiveColor".into(), input(2, Channel::Rgb)),
         ]
         .into(),
-        nodes: vec![constant([r, g, b, 1.0]), constant([roughness; 4])],
+        nodes: vec![
+            constant([r, g, b, 1.0]),
+            constant([roughness; 4]),
+            constant([emission; 4]),
+        ],
     }
 }
 
@@ -181,7 +214,59 @@ fn spoiled_guides_change_no_expectation() {
             .map(|(i, r)| spoil(i, *r))
             .collect();
         let field = GatherField::fit(&records).expect("there are records");
-        let found = moments(&prepared, 2000 * seed, Guided { field: &field });
+        let found = moments(&prepared, 2000 * seed, Guided::by_directions(&field));
+        for (tile, (a, b)) in expected.iter().zip(&found).enumerate() {
+            let p = welch_p(a, b, 3e-5 * a.mean);
+            family.add(format!("{what}, tile {tile}"), p);
+        }
+    }
+    family.check();
+}
+
+/// What is wrong in what lights are said to have brought, by the numbers of records.
+type SpoilChoice = fn(u32, f32) -> f32;
+
+const SPOILED_CHOICES: [(&str, SpoilChoice); 3] = [
+    ("sound", |_, brought| brought),
+    ("the contrary", |_, brought| {
+        f32::from(u8::from(brought == 0.0))
+    }),
+    ("anything", |i, _| f32::from(u8::from(number(i, 3) < 0.2))),
+];
+
+fn spoiled(choices: &ChoiceRecords, spoil: SpoilChoice) -> ChoiceRecords {
+    let mut spoiled = ChoiceRecords::default();
+    for (i, record) in (0..).zip(choices.iter()) {
+        spoiled.push(record.p, record.n, record.pixel, choices.turns(record));
+        spoiled.set_last_brought(spoil(i, record.brought));
+    }
+    spoiled
+}
+
+#[test]
+fn spoiled_choices_of_lights_change_no_expectation() {
+    let prepared = PreparedScene::new(room_of_many_lights(), &PrepareOptions::default());
+    let prepared = Arc::new(prepared.expect("the scene is sound"));
+    let trained = frame(&prepared, 500);
+    let integrator = trained.integrator::<true, _>(MediumStack::AIR);
+    let tracer = trained.tracer();
+    let mut trainer = Trainer::new(&trained, integrator, &tracer).expect("it is told to train");
+    let samples = trainer.run(4, None).expect("no shader panics");
+    let picture = PictureEstimate::fit([0; 2], [SIDE as i32; 2], &samples).expect("there is light");
+
+    let expected = moments(&prepared, 1000, Unguided);
+    let mut family = Family::new("choices of lights");
+    for (seed, (what, spoil)) in (1..).zip(SPOILED_CHOICES) {
+        let choices = spoiled(&trainer.choices, spoil);
+        let field = ChoiceField::fit(&choices, &picture).expect("there are choices");
+        let lights = ByCells {
+            field: Some(&field),
+        };
+        let guide = Guided {
+            field: None,
+            lights,
+        };
+        let found = moments(&prepared, 2000 * seed, guide);
         for (tile, (a, b)) in expected.iter().zip(&found).enumerate() {
             let p = welch_p(a, b, 3e-5 * a.mean);
             family.add(format!("{what}, tile {tile}"), p);

@@ -1,4 +1,4 @@
-use kilauea_gather::{GatherField, GatherRecord, PictureSample};
+use kilauea_gather::{ChoiceRecords, GatherField, GatherRecord, PictureSample};
 use kilauea_spot::RunError;
 
 use super::training_pass::{TrainingGrid, TrainingPaths};
@@ -13,6 +13,7 @@ pub(super) struct Trainer<'f, 'a, const CUTOUTS: bool, M> {
     integrator: PathIntegrator<'a, CUTOUTS, M>,
     tracer: &'f RayTracer<'a, CUTOUTS>,
     pub(super) records: Vec<GatherRecord>,
+    pub(super) choices: ChoiceRecords,
     /// Of the shortest pass.
     pass_paths: f64,
     n_passes: u32,
@@ -35,12 +36,13 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
     ) -> Option<Self> {
         let n_paths = frame.n_pixels as f64 * f64::from(frame.settings.samples_per_pixel);
         let pass_paths = PASS_SHARE * n_paths;
-        let is_enough = pass_paths >= LEAST_PATHS || frame.needs.guided_directions;
+        let is_enough = pass_paths >= LEAST_PATHS || frame.needs.learns();
         is_enough.then(|| Self {
             frame,
             integrator,
             tracer,
             records: Vec::new(),
+            choices: ChoiceRecords::default(),
             pass_paths: pass_paths.clamp(LEAST_PATHS, MOST_PATHS),
             n_passes: 0,
             n_paths: 0,
@@ -68,6 +70,7 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
         for trained in follow_all(paths, grid.n_blocks, self.tracer, workforce)? {
             self.frame.lock_outcome().counts.add(trained.counts);
             self.records.extend(trained.records);
+            self.choices.append(&trained.choices);
             samples.extend(trained.samples);
         }
         self.n_passes += 1;

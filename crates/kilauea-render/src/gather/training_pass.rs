@@ -1,6 +1,6 @@
 //! One pass of training paths, spread evenly over the picture.
 
-use kilauea_gather::{GatherRecord, PictureSample};
+use kilauea_gather::{ChoiceRecords, GatherRecord, PictureSample};
 use kilauea_math::hash::combine;
 use kilauea_scene::DataWindow;
 use kilauea_spot::{Context, Program};
@@ -79,6 +79,7 @@ pub(super) struct TrainingPaths<'f, const CUTOUTS: bool, M> {
 #[derive(Default)]
 pub(super) struct Trained {
     pub(super) records: Vec<GatherRecord>,
+    pub(super) choices: ChoiceRecords,
     pub(super) samples: Vec<PictureSample>,
     pub(super) counts: RayTally,
 }
@@ -118,5 +119,6 @@ impl<const CUTOUTS: bool, M: Media> Follow for TrainingPaths<'_, CUTOUTS, M> {
                 n_rays: (n_rays(&trained.counts) - n_rays_before) as f32,
             });
         }
+        trained.choices.append(&trail.choices);
     }
 }

@@ -245,13 +245,18 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             t_max: t_end,
             ..path.ray
         };
-        self.lights
-            .for_each_area_hit(&segment, path.receiver(), self.textures, |t, emitted| {
+        self.lights.for_each_area_hit(
+            &segment,
+            path.receiver(),
+            self.guide,
+            self.textures,
+            |t, emitted| {
                 self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, t);
                 let weight = self.merge.weight_of_hit(path, &emitted);
                 path.add_emitted(out, depth, &emitted, passed, weight);
-            });
+            },
+        );
     }
 
     /// Adds the light of what surrounds the scene.
@@ -260,13 +265,18 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         if !self.needs.infinite_lights {
             return;
         }
-        self.lights
-            .for_each_infinite(path.ray.dir, path.receiver(), self.textures, |emitted| {
+        self.lights.for_each_infinite(
+            path.ray.dir,
+            path.receiver(),
+            self.guide,
+            self.textures,
+            |emitted| {
                 self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, f32::INFINITY);
                 let weight = self.merge.weight_of_hit(path, &emitted);
                 path.add_emitted(out, depth, &emitted, passed, weight);
-            });
+            },
+        );
     }
 
     /// Where the hit is a boundary that is not there in the media around the path: goes on behind
@@ -335,9 +345,9 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         }
         if self.needs.mesh_lights {
             let _shading = self.blame.shading(at);
-            let emitted = self
-                .lights
-                .emitted_by_surface(interaction, hit.t, path.receiver());
+            let emitted =
+                self.lights
+                    .emitted_by_surface(interaction, hit.t, path.receiver(), self.guide);
             if let Some(emitted) = emitted {
                 self.see_emitted(depth, Some(at), &emitted);
                 let weight = self.merge.weight_of_hit(path, &emitted);

@@ -164,7 +164,9 @@ where
         };
         let u_light = self.sampler.pair(Purpose::Light(*depth));
         let receiver = self.vertex.receiver();
-        let light = lights.sample(receiver, u_choice, u_light, geometry, textures)?;
+        let picked = lights.choose(receiver, u_choice, self.integrator.guide)?;
+        G::seek(self.trail, lights, receiver, picked.light, self.out);
+        let light = lights.sample(picked, receiver, u_light, geometry, textures)?;
         let sample = &light.sample;
         let eval = bsdf.eval(sample.wi);
         self.see(Step::LightSample, || {

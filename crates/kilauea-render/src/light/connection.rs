@@ -2,12 +2,12 @@ use kilauea_accel::Ray;
 use kilauea_math::Vec3;
 use kilauea_texture::TextureStore;
 
-use super::{InfiniteLight, Lights, Receiver, mesh};
+use super::{ByImportance, InfiniteLight, Lights, Receiver, mesh};
 use crate::geometry::Geometry;
 
 impl Lights {
-    /// Density per solid angle with which [`Self::sample`] at a receiver chooses a light, by number,
-    /// and the unit direction `wi` to the point of it that is `distance` away; for parallel light the
+    /// Density per solid angle with which a light, by number, is chosen by importance at a receiver, and
+    /// the unit direction `wi` to the point of it that is `distance` away; for parallel light the
     /// probability of choosing it.
     pub(super) fn connection_pdf(
         &self,
@@ -19,22 +19,19 @@ impl Lights {
         textures: &TextureStore,
     ) -> f32 {
         let n_finite = self.area.len() + self.mesh.len();
-        if let Some(idx) = (light as usize).checked_sub(n_finite) {
-            let pdf = match &self.infinite[idx] {
+        let pdf = match (light as usize).checked_sub(n_finite) {
+            Some(idx) => match &self.infinite[idx] {
                 InfiniteLight::Distant(l) if l.is_delta() => 1.0,
                 InfiniteLight::Distant(l) => l.radiance_and_pdf(wi).map_or(0.0, |(_, pdf)| pdf),
                 InfiniteLight::Dome(l) => l.radiance_and_pdf(Some(receiver.n), wi, textures).1,
-            };
-            let infinite = 1.0 - self.finite_probability(receiver);
-            return pdf * infinite * self.infinite_probability(receiver, idx);
-        }
-        let pdf = match self.area.get(light as usize) {
-            Some(area) => area
-                .intersect(&Ray::new(receiver.p, wi))
-                .map_or(0.0, |hit| area.pdf(receiver.p, wi, &hit)),
-            None => mesh::pdf(&self.mesh.corners(light, geometry), wi, distance),
+            },
+            None => match self.area.get(light as usize) {
+                Some(area) => area
+                    .intersect(&Ray::new(receiver.p, wi))
+                    .map_or(0.0, |hit| area.pdf(receiver.p, wi, &hit)),
+                None => mesh::pdf(&self.mesh.corners(light, geometry), wi, distance),
+            },
         };
-        let choice = self.tree.probability(receiver.p, receiver.n, light);
-        pdf * self.finite_probability(receiver) * choice
+        pdf * self.probability(light, receiver, ByImportance)
     }
 }

@@ -4,6 +4,7 @@ mod aim;
 mod area;
 mod area_bvh;
 mod area_emission;
+mod choose;
 mod connection;
 mod distant;
 mod distribution;
@@ -18,6 +19,7 @@ mod mesh;
 mod mesh_emission;
 mod spherical_rect;
 mod tree;
+mod walk;
 
 use kilauea_accel::Ray;
 use kilauea_math::{Bounds3, Spectrum, Vec2, Vec3};
@@ -27,17 +29,19 @@ use std::f32::consts::PI;
 
 use crate::geometry::{Geometry, Interaction};
 pub(crate) use aim::CausticRay;
-use area::{AreaHit, AreaLight};
+use area::AreaLight;
 use area_bvh::AreaBvh;
+use choose::PickedLight;
 use distant::DistantLight;
 use dome::DomeLight;
 pub(crate) use emit::{EmittedPhoton, Emitter};
 use mesh::MeshLights;
 use tree::{LightBounds, LightTree, MAX_IMPORTANCE};
+pub(crate) use walk::{ByCells, ByImportance, CellWalk, ImportanceWalk, LightChooser};
 
 /// A direction toward a light.
 #[derive(Clone, Copy, Debug)]
-pub struct LightSample {
+pub(crate) struct LightSample {
     /// Unit direction from the lit point.
     pub wi: Vec3,
     /// To the light; infinite for domes and distant lights.
@@ -52,7 +56,7 @@ pub struct LightSample {
 
 /// A light sample with the light's multipliers, weighted for having been chosen.
 #[derive(Clone, Copy, Debug)]
-pub struct ChosenLight {
+pub(crate) struct ChosenLight {
     /// The sample; its density includes the choice of the light.
     pub sample: LightSample,
     /// Multiplies what diffuse lobes reflect.
@@ -65,7 +69,7 @@ pub struct ChosenLight {
 
 /// Emission met by a ray, with what multiple importance sampling needs.
 #[derive(Clone, Copy, Debug)]
-pub struct Emitted {
+pub(crate) struct Emitted {
     /// Radiance along the ray.
     pub radiance: Spectrum,
     /// Density with which light sampling at the ray's origin would have chosen this direction.
@@ -82,7 +86,7 @@ pub struct Emitted {
 
 /// Where light is received: the point and the normal on the side that is seen.
 #[derive(Clone, Copy, Debug)]
-pub struct Receiver {
+pub(crate) struct Receiver {
     /// Engine space.
     pub p: Vec3,
     /// Unit length.
@@ -189,43 +193,30 @@ impl Lights {
         self.tree.n_bytes() + self.mesh.n_bytes() + of_domes.sum::<usize>()
     }
 
-    /// Chooses a light with `u_choice` and a direction toward it with `u`.
+    /// A direction toward a light that was chosen, drawn with `u`.
     #[inline]
-    pub fn sample(
+    pub(crate) fn sample(
         &self,
+        picked: PickedLight,
         receiver: Receiver,
-        u_choice: f32,
         u: Vec2,
         geometry: &Geometry,
         textures: &TextureStore,
     ) -> Option<ChosenLight> {
-        let finite = self.finite_probability(receiver);
-        let (mut sample, light, probability, diffuse, specular) = if u_choice < finite {
-            let (light, probability) =
-                self.tree
-                    .sample(receiver.p, receiver.n, u_choice / finite)?;
-            let probability = finite * probability;
-            if let Some(area) = self.area.get(light as usize) {
-                let sample = area.sample(receiver.p, u, textures)?;
-                let emission = &area.emission;
-                let (diffuse, specular) = (emission.diffuse, emission.specular);
-                (sample, light, probability, diffuse, specular)
-            } else {
-                let sample = self.mesh.sample(light, receiver.p, u, geometry, textures)?;
-                (sample, light, probability, 1.0, 1.0)
-            }
+        let PickedLight { light, probability } = picked;
+        let n_finite = self.area.len() + self.mesh.len();
+        let (mut sample, diffuse, specular) = if let Some(area) = self.area.get(light as usize) {
+            let sample = area.sample(receiver.p, u, textures)?;
+            (sample, area.emission.diffuse, area.emission.specular)
+        } else if (light as usize) < n_finite {
+            let sample = self.mesh.sample(light, receiver.p, u, geometry, textures)?;
+            (sample, 1.0, 1.0)
         } else {
-            let rest = (u_choice - finite) / (1.0 - finite);
-            let (idx, probability) = self.choose_infinite(receiver, rest)?;
-            let probability = (1.0 - finite) * probability;
-            let light = self.infinite_number(idx);
-            match &self.infinite[idx] {
-                InfiniteLight::Distant(l) => {
-                    (l.sample(u), light, probability, l.diffuse, l.specular)
-                }
+            match &self.infinite[light as usize - n_finite] {
+                InfiniteLight::Distant(l) => (l.sample(u), l.diffuse, l.specular),
                 InfiniteLight::Dome(l) => {
                     let sample = l.sample(receiver.n, u, textures)?;
-                    (sample, light, probability, l.diffuse, l.specular)
+                    (sample, l.diffuse, l.specular)
                 }
             }
         };
@@ -241,17 +232,28 @@ impl Lights {
     /// Visits every area light that the ray meets within its range, with the distance. Lights let
     /// rays through.
     #[inline]
-    pub fn for_each_area_hit(
+    pub(crate) fn for_each_area_hit(
         &self,
         ray: &Ray,
         receiver: Option<Receiver>,
+        chooser: impl LightChooser,
         textures: &TextureStore,
         mut visit: impl FnMut(f32, Emitted),
     ) {
         self.area_bvh.for_each(ray, |idx| {
             let light = &self.area[idx as usize];
             if let Some(hit) = light.intersect(ray) {
-                let emitted = self.emitted_by_area(idx, light, &hit, ray, receiver, textures);
+                let pdf = receiver.map_or(0.0, |r| {
+                    self.probability(idx, r, chooser) * light.pdf(r.p, ray.dir, &hit)
+                });
+                let emitted = Emitted {
+                    radiance: light.radiance(&hit, ray.dir, textures),
+                    pdf,
+                    diffuse: light.emission.diffuse,
+                    specular: light.emission.specular,
+                    visible_to_camera: light.visible_to_camera,
+                    light: Some(idx),
+                };
                 visit(hit.t, emitted);
             }
         });
@@ -259,10 +261,11 @@ impl Lights {
 
     /// Visits the light that arrives from infinity against the unit direction `dir`.
     #[inline]
-    pub fn for_each_infinite(
+    pub(crate) fn for_each_infinite(
         &self,
         dir: Vec3,
         receiver: Option<Receiver>,
+        chooser: impl LightChooser,
         textures: &TextureStore,
         mut visit: impl FnMut(Emitted),
     ) {
@@ -280,16 +283,15 @@ impl Lights {
                     (radiance, pdf, l.diffuse, l.specular, l.visible_to_camera)
                 }
             };
-            let probability = receiver.map_or(0.0, |r| {
-                (1.0 - self.finite_probability(r)) * self.infinite_probability(r, idx)
-            });
+            let light = self.infinite_number(idx);
+            let probability = receiver.map_or(0.0, |r| self.probability(light, r, chooser));
             visit(Emitted {
                 radiance,
                 pdf: pdf * probability,
                 diffuse,
                 specular,
                 visible_to_camera,
-                light: Some(self.infinite_number(idx)),
+                light: Some(light),
             });
         }
     }
@@ -297,11 +299,12 @@ impl Lights {
     /// Emission of a surface that was hit, if it emits toward `surface.wo`; `distance` is to the
     /// receiver.
     #[inline]
-    pub fn emitted_by_surface(
+    pub(crate) fn emitted_by_surface(
         &self,
         interaction: &Interaction<'_>,
         distance: f32,
         receiver: Option<Receiver>,
+        chooser: impl LightChooser,
     ) -> Option<Emitted> {
         if !interaction.shader.is_emissive() {
             return None;
@@ -312,8 +315,7 @@ impl Lights {
         }
         let light = self.mesh.light_of(interaction.at);
         let pdf = receiver.zip(light).map_or(0.0, |(r, light)| {
-            let choice = self.finite_probability(r) * self.tree.probability(r.p, r.n, light);
-            choice
+            self.probability(light, r, chooser)
                 * mesh::pdf(
                     &interaction.surface.corners,
                     interaction.surface.wo,
@@ -330,77 +332,9 @@ impl Lights {
         })
     }
 
-    fn emitted_by_area(
-        &self,
-        idx: u32,
-        light: &AreaLight,
-        hit: &AreaHit,
-        ray: &Ray,
-        receiver: Option<Receiver>,
-        textures: &TextureStore,
-    ) -> Emitted {
-        let pdf = receiver.map_or(0.0, |r| {
-            let choice = self.finite_probability(r) * self.tree.probability(r.p, r.n, idx);
-            choice * light.pdf(r.p, ray.dir, hit)
-        });
-        Emitted {
-            radiance: light.radiance(hit, ray.dir, textures),
-            pdf,
-            diffuse: light.emission.diffuse,
-            specular: light.emission.specular,
-            visible_to_camera: light.visible_to_camera,
-            light: Some(idx),
-        }
-    }
-
     /// Number of a light at infinity among all lights.
     fn infinite_number(&self, idx: usize) -> u32 {
         (self.area.len() + self.mesh.len() + idx) as u32
-    }
-
-    /// Probability of choosing the tree over the infinite lights: half by what each may
-    /// contribute, half evenly, since neither knows what is occluded.
-    #[inline]
-    fn finite_probability(&self, receiver: Receiver) -> f32 {
-        if self.infinite.is_empty() {
-            return 1.0;
-        }
-        if self.tree.is_empty() {
-            return 0.0;
-        }
-        let finite = self.tree.importance(receiver.p, receiver.n);
-        if finite <= 0.0 {
-            return 0.0;
-        }
-        let infinite: f32 = self.infinite.iter().map(|l| l.importance(receiver)).sum();
-        let n = self.infinite.len() as f32;
-        0.5 / (n + 1.0) + 0.5 * finite / (finite + infinite)
-    }
-
-    fn choose_infinite(&self, receiver: Receiver, mut u: f32) -> Option<(usize, f32)> {
-        let last = self.infinite.len().checked_sub(1)?;
-        for idx in 0..last {
-            let probability = self.infinite_probability(receiver, idx);
-            if u < probability {
-                return Some((idx, probability));
-            }
-            u -= probability;
-        }
-        Some((last, self.infinite_probability(receiver, last)))
-    }
-
-    fn infinite_probability(&self, receiver: Receiver, idx: usize) -> f32 {
-        let n = self.infinite.len();
-        if n == 1 {
-            return 1.0;
-        }
-        let sum: f32 = self.infinite.iter().map(|l| l.importance(receiver)).sum();
-        let share = if sum > 0.0 {
-            self.infinite[idx].importance(receiver) / sum
-        } else {
-            1.0 / n as f32
-        };
-        0.5 / n as f32 + 0.5 * share
     }
 }
 

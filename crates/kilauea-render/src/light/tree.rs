@@ -8,6 +8,8 @@
 use kilauea_math::{Bounds3, Vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
+use super::walk::{LightWalk, takes_second};
+
 /// What the tree knows of a light.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LightBounds {
@@ -97,50 +99,53 @@ impl LightTree {
         (importance * self.power_unit).min(MAX_IMPORTANCE)
     }
 
-    /// A light and its probability; `u` is in [0, 1).
-    pub(super) fn sample(&self, p: Vec3, n: Vec3, mut u: f32) -> Option<(u32, f32)> {
+    /// Goes on with a walk to a light; `u` is in [0, 1).
+    pub(super) fn sample(
+        &self,
+        p: Vec3,
+        n: Vec3,
+        mut u: f32,
+        walk: &mut impl LightWalk,
+    ) -> Option<u32> {
         let mut node = self.nodes.first()?;
-        let mut probability = 1.0;
         let mut idx = 0;
         while !node.is_leaf {
             let first = self.first_child_probability(idx, p, n)?;
-            if u < first {
-                u /= first;
-                probability *= first;
-                idx += 1;
+            let is_second = walk.turn(idx as u32, first, |first| takes_second(&mut u, first));
+            idx = if is_second {
+                node.link as usize
             } else {
-                u = (u - first) / (1.0 - first);
-                probability *= 1.0 - first;
-                idx = node.link as usize;
-            }
-            u = u.min(1.0 - f32::EPSILON);
+                idx + 1
+            };
             node = &self.nodes[idx];
         }
-        Some((node.link, probability))
+        Some(node.link)
     }
 
-    /// The probability with which [`Self::sample`] picks a light.
-    pub(super) fn probability(&self, p: Vec3, n: Vec3, light: u32) -> f32 {
+    /// Goes on with the walk that finds a light; whether there is one.
+    pub(super) fn follow(&self, p: Vec3, n: Vec3, light: u32, walk: &mut impl LightWalk) -> bool {
         let mut trail = self.trails[light as usize];
-        let mut probability = 1.0;
         let mut idx = 0;
         while let Some(node) = self.nodes.get(idx) {
             if node.is_leaf {
-                return if node.link == light { probability } else { 0.0 };
+                return node.link == light;
             }
             let Some(first) = self.first_child_probability(idx, p, n) else {
-                return 0.0;
+                return false;
             };
-            if trail & 1 == 0 {
-                probability *= first;
-                idx += 1;
+            idx = if walk.turn(idx as u32, first, |_| trail & 1 == 1) {
+                node.link as usize
             } else {
-                probability *= 1.0 - first;
-                idx = node.link as usize;
-            }
+                idx + 1
+            };
             trail >>= 1;
         }
-        0.0
+        false
+    }
+
+    /// Forks have numbers below this.
+    pub(super) fn n_forks(&self) -> u32 {
+        self.nodes.len() as u32
     }
 
     /// Probability of the first child of an inner node; None where neither child can contribute.
@@ -359,7 +364,14 @@ fn union_of_cones(a: (Vec3, f32), b: (Vec3, f32)) -> (Vec3, f32) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::walk::ImportanceWalk;
     use kilauea_math::hash::{mix32, unit_f32};
+
+    fn probability(tree: &LightTree, p: Vec3, n: Vec3, light: u32) -> f32 {
+        let mut walk = ImportanceWalk::START;
+        let is_found = tree.follow(p, n, light, &mut walk);
+        if is_found { walk.probability() } else { 0.0 }
+    }
 
     fn number(i: u32) -> f32 {
         unit_f32(mix32(i))
@@ -388,17 +400,15 @@ mod tests {
         for n in [1, 2, 3, 50, 1000] {
             let tree = LightTree::new(scattered(n), n as usize);
             let (p, normal) = (Vec3::new(3.0, -1.0, 4.0), Vec3::new(0.6, 0.8, 0.0));
-            let sum: f32 = (0..n).map(|i| tree.probability(p, normal, i)).sum();
+            let sum: f32 = (0..n).map(|i| probability(&tree, p, normal, i)).sum();
             // Mass is lost only where a descent ends at two children that cannot contribute.
             assert!(sum <= 1.0 + 1e-4 && (sum > 0.9 || n < 3), "{n}: {sum}");
             for k in 0..200 {
-                if let Some((light, probability)) = tree.sample(p, normal, (k as f32 + 0.5) / 200.0)
-                {
-                    let other = tree.probability(p, normal, light);
-                    assert!(
-                        (probability - other).abs() <= 1e-5 * other,
-                        "{probability} {other}"
-                    );
+                let mut walk = ImportanceWalk::START;
+                let u = (k as f32 + 0.5) / 200.0;
+                if let Some(light) = tree.sample(p, normal, u, &mut walk) {
+                    let (drawn, other) = (walk.probability(), probability(&tree, p, normal, light));
+                    assert!((drawn - other).abs() <= 1e-5 * other, "{drawn} {other}");
                 }
             }
         }
@@ -417,7 +427,7 @@ mod tests {
                 let cos = b.axis.dot(to_p);
                 let emits = cos > 1e-3 || (b.is_two_sided && cos < -1e-3);
                 if emits && to_p.dot(n).abs() > 1e-3 {
-                    assert!(tree.probability(p, n, *light) > 0.0, "{light} at {p}");
+                    assert!(probability(&tree, p, n, *light) > 0.0, "{light} at {p}");
                 }
             }
         }
@@ -443,7 +453,7 @@ mod tests {
         for (light, b) in &lights {
             let e = irradiance(b);
             if e > 0.0 {
-                by_tree += e * e / tree.probability(p, n, *light);
+                by_tree += e * e / probability(&tree, p, n, *light);
                 uniform += e * e * lights.len() as f32;
                 total += e;
             }
@@ -460,7 +470,7 @@ mod tests {
         let one = scattered(1)[0].1;
         let tree = LightTree::new((0..5000).map(|i| (i, one)).collect(), 5000);
         let sum: f32 = (0..5000)
-            .map(|i| tree.probability(-Vec3::ONE, Vec3::Z, i))
+            .map(|i| probability(&tree, -Vec3::ONE, Vec3::Z, i))
             .sum();
         assert!((sum - 1.0).abs() < 1e-3, "{sum}");
     }

@@ -6,7 +6,7 @@ use kilauea_testing::Directions;
 
 use super::lights::light;
 use super::lit::{Lit, Sees, compare_density, irradiance_p_value, prepare, share_not_found};
-use crate::light::{ChosenLight, Emitted, Receiver};
+use crate::light::{ByImportance, ChosenLight, Emitted, Receiver};
 
 /// Lights with something wrong in them.
 struct Faulty<'a> {
@@ -80,6 +80,7 @@ fn with_fault(fault: Fault, check: impl Fn(&Faulty<'_>, &Directions)) {
     let sound = Lit {
         prepared: &prepared,
         receiver: Receiver { p, n },
+        chooser: ByImportance,
     };
     let faulty = Faulty {
         sound: &sound,

@@ -7,7 +7,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use super::lit::{Lit, compare_density, irradiance_p_value, prepare, share_not_found};
 use crate::PreparedScene;
-use crate::light::Receiver;
+use crate::light::{ByImportance, Receiver};
 
 /// A light of radiance one.
 pub(crate) fn light(shape: LightShape, world_from_light: DMat4) -> Light {
@@ -118,6 +118,7 @@ impl Case {
                     p,
                     n: n.normalize(),
                 },
+                chooser: ByImportance,
             };
             check(format!("{}, from {p}", self.name), &seen, &directions);
         }

@@ -11,7 +11,7 @@ use kilauea_testing::{
 };
 
 use crate::geometry::View;
-use crate::light::{ChosenLight, Emitted, Receiver};
+use crate::light::{ByImportance, ChosenLight, Emitted, LightChooser, Receiver};
 use crate::{PrepareOptions, PreparedScene};
 
 const N_DRAWS: u32 = 8_000;
@@ -29,12 +29,14 @@ pub(super) trait Sees {
 }
 
 /// A point that lights shine on.
-pub(super) struct Lit<'a> {
+pub(super) struct Lit<'a, C = ByImportance> {
     pub(super) prepared: &'a PreparedScene,
     pub(super) receiver: Receiver,
+    /// How lights are chosen there.
+    pub(super) chooser: C,
 }
 
-impl Sees for Lit<'_> {
+impl<C: LightChooser> Sees for Lit<'_, C> {
     fn sample(&self, [choice, x, y]: [f32; 3]) -> Option<ChosenLight> {
         let PreparedScene {
             lights,
@@ -42,7 +44,8 @@ impl Sees for Lit<'_> {
             textures,
             ..
         } = self.prepared;
-        lights.sample(self.receiver, choice, Vec2::new(x, y), geometry, textures)
+        let picked = lights.choose(self.receiver, choice, self.chooser)?;
+        lights.sample(picked, self.receiver, Vec2::new(x, y), geometry, textures)
     }
 
     fn for_each_arriving(&self, dir: Vec3, mut visit: impl FnMut(&Emitted)) {
@@ -60,8 +63,10 @@ impl Sees for Lit<'_> {
         };
         let ray = Ray::new(self.receiver.p, dir);
         let receiver = Some(self.receiver);
-        lights.for_each_area_hit(&ray, receiver, textures, |_, e| visit_bright(e));
-        lights.for_each_infinite(dir, receiver, textures, &mut visit_bright);
+        lights.for_each_area_hit(&ray, receiver, self.chooser, textures, |_, e| {
+            visit_bright(e);
+        });
+        lights.for_each_infinite(dir, receiver, self.chooser, textures, &mut visit_bright);
         if let Some(hit) = geometry.accel().intersect(&ray) {
             let view = View {
                 uv: Vec2::new(hit.u, hit.v),
@@ -71,7 +76,7 @@ impl Sees for Lit<'_> {
                 footprint: 0.0,
             };
             let interaction = geometry.interaction(geometry.locate(&hit), &view, textures);
-            let emitted = lights.emitted_by_surface(&interaction, hit.t, receiver);
+            let emitted = lights.emitted_by_surface(&interaction, hit.t, receiver, self.chooser);
             emitted.into_iter().for_each(visit_bright);
         }
     }

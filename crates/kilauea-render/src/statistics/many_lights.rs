@@ -1,5 +1,6 @@
 //! The choice among many lights, of all kinds at once.
 
+use kilauea_gather::{ChoiceField, ChoiceRecords, PictureEstimate, PictureSample};
 use kilauea_math::{DMat4, DVec3, Spectrum, Vec2, Vec3, warp};
 use kilauea_scene::{Light, LightShape};
 use kilauea_testing::{Directions, Family, uniforms};
@@ -8,7 +9,7 @@ use std::f64::consts::FRAC_PI_2;
 use super::lights::{light, sunny, turned};
 use super::lit::{Lit, compare_density, irradiance_p_value, prepare, share_not_found};
 use crate::PreparedScene;
-use crate::light::Receiver;
+use crate::light::{ByCells, ByImportance, Lights, Receiver};
 
 /// Lights in a shell around the origin that do not hide each other's triangles, of radiances that
 /// differ a hundredfold.
@@ -85,6 +86,7 @@ fn scenes() -> Vec<(&'static str, PreparedScene)> {
     ]
 }
 
+/// Calls `check` with each scene seen from two points, lights chosen by importance.
 fn for_each_receiver(mut check: impl FnMut(String, &Lit<'_>, &Directions)) {
     for (name, prepared) in scenes() {
         for (p, n) in [
@@ -94,6 +96,7 @@ fn for_each_receiver(mut check: impl FnMut(String, &Lit<'_>, &Directions)) {
             let seen = Lit {
                 prepared: &prepared,
                 receiver: Receiver { p, n },
+                chooser: ByImportance,
             };
             let directions = Directions::around(n, FRAC_PI_2);
             check(format!("{name}, at {p}"), &seen, &directions);
@@ -129,6 +132,52 @@ fn rays_find_the_light_and_density_of_each_draw() {
     });
 }
 
+/// What is said of lights around a point: anything, most of it about a few.
+fn hearsay(lights: &Lights, receiver: Receiver) -> ChoiceField {
+    let mut choices = ChoiceRecords::default();
+    for i in 0..4000 {
+        let [u] = uniforms(5, i);
+        let Some(picked) = lights.choose(receiver, u, ByImportance) else {
+            continue;
+        };
+        let turns = lights.turns_to(picked.light, receiver);
+        if !turns.is_empty() {
+            choices.push(receiver.p, receiver.n, [0; 2], &turns);
+            let [is_any] = uniforms(6, picked.light);
+            choices.set_last_brought(f32::from(u8::from(is_any < 0.3)));
+        }
+    }
+    let sample = PictureSample {
+        pixel: [0; 2],
+        luminance: 1.0,
+        n_rays: 1.0,
+    };
+    let picture = PictureEstimate::fit([0; 2], [1; 2], &[sample]).expect("there is light");
+    ChoiceField::fit(&choices, &picture).expect("there is a choice")
+}
+
+#[test]
+fn whatever_is_said_of_lights_draws_have_the_density_and_light_that_rays_find() {
+    let mut family = Family::new("densities of lights by hearsay");
+    for_each_receiver(|name, seen, directions| {
+        let field = hearsay(&seen.prepared.lights, seen.receiver);
+        let seen = Lit {
+            prepared: seen.prepared,
+            receiver: seen.receiver,
+            chooser: ByCells {
+                field: Some(&field),
+            },
+        };
+        let found = compare_density(&seen, directions, family.len() as u32);
+        family.add(format!("{name}: {found:?}"), found.p_value());
+        let p = irradiance_p_value(&seen, directions, family.len() as u32);
+        family.add(format!("{name}: irradiance"), p);
+        let share = share_not_found(&seen, 0);
+        assert!(share < 2e-3, "{name}: {share}");
+    });
+    family.check();
+}
+
 #[test]
 fn every_light_is_chosen() {
     let lights = crowd(40);
@@ -144,9 +193,11 @@ fn every_light_is_chosen() {
         let [choice, x, y] = uniforms(3, i);
         let geometry = &prepared.geometry;
         let u = Vec2::new(x, y);
-        let drawn = prepared
-            .lights
-            .sample(receiver, choice, u, geometry, &prepared.textures);
+        let picked = prepared.lights.choose(receiver, choice, ByImportance);
+        let drawn = picked.and_then(|picked| {
+            let (lights, textures) = (&prepared.lights, &prepared.textures);
+            lights.sample(picked, receiver, u, geometry, textures)
+        });
         let Some(drawn) = drawn else { continue };
         let point = (drawn.sample.wi * drawn.sample.distance).as_dvec3();
         let nearest = (0..centers.len()).min_by(|&a, &b| {

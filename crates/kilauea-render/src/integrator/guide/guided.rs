@@ -7,12 +7,14 @@ use kilauea_gather::{DirectionTree, GatherField};
 use kilauea_math::{Vec2, Vec3};
 
 use super::{Guide, Knowledge};
-use crate::light::Receiver;
+use crate::light::{ByCells, CellWalk, LightChooser, Receiver};
 
-/// Knows where light comes from in each cell.
+/// Knows where light comes from in each cell, and which lights bring it.
 #[derive(Clone, Copy)]
 pub(crate) struct Guided<'a> {
-    pub(crate) field: &'a GatherField,
+    /// None where directions are left to the BSDF.
+    pub(crate) field: Option<&'a GatherField>,
+    pub(crate) lights: ByCells<'a>,
 }
 
 /// What is known at one place.
@@ -26,6 +28,15 @@ pub(crate) const GUIDED_SHARE: f32 = 0.5;
 /// Smoother lobes know better than a cell where their light comes from.
 const MIN_GUIDED_ROUGHNESS: f32 = 0.25;
 
+impl<'a> LightChooser for Guided<'a> {
+    type Walk = CellWalk<'a>;
+
+    #[inline]
+    fn walk(&self, receiver: Receiver) -> CellWalk<'a> {
+        self.lights.walk(receiver)
+    }
+}
+
 impl<'a> Guide for Guided<'a> {
     type Knowledge = Known<'a>;
     type Trail = ();
@@ -33,7 +44,19 @@ impl<'a> Guide for Guided<'a> {
     #[inline]
     fn at(&self, receiver: Receiver) -> Known<'a> {
         Known {
-            directions: self.field.directions(receiver.p, receiver.n),
+            directions: self
+                .field
+                .and_then(|field| field.directions(receiver.p, receiver.n)),
+        }
+    }
+}
+
+impl<'a> Guided<'a> {
+    /// Knows directions alone.
+    pub(crate) fn by_directions(field: &'a GatherField) -> Self {
+        Self {
+            field: Some(field),
+            lights: ByCells { field: None },
         }
     }
 }

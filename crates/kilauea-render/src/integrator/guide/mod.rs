@@ -8,14 +8,14 @@ use kilauea_bsdf::{BsdfSample, SeenBsdf};
 use kilauea_math::{Spectrum, Vec3};
 
 use super::path_sample::PathSample;
-use crate::light::Receiver;
+use crate::light::{LightChooser, Lights, Receiver};
 
 pub(crate) use guided::{GUIDED_SHARE, Guided};
 pub(crate) use training::{PathTrail, Training, n_rays};
 pub(crate) use unguided::Unguided;
 
-/// What paths know.
-pub(crate) trait Guide: Copy + Send + Sync {
+/// What paths know, lights among it.
+pub(crate) trait Guide: LightChooser {
     /// What they know of one vertex.
     type Knowledge: Knowledge;
     /// What a path leaves of itself.
@@ -27,6 +27,17 @@ pub(crate) trait Guide: Copy + Send + Sync {
     /// A path begins in a pixel.
     #[inline]
     fn begin(&self, _trail: &mut Self::Trail, _pixel: [i32; 2]) {}
+
+    /// A light was chosen at a vertex, by number, before it adds anything to the sample.
+    #[inline]
+    fn seek(
+        _trail: &mut Self::Trail,
+        _lights: &Lights,
+        _receiver: Receiver,
+        _light: u32,
+        _out: &PathSample,
+    ) {
+    }
 
     /// A path goes on from a vertex by `sample`, or ends there. `arriving` is the share of its light
     /// that came as far.

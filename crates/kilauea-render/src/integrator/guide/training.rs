@@ -1,13 +1,13 @@
 //! Paths that leave records of the light that they found.
 
 use kilauea_bsdf::BsdfSample;
-use kilauea_gather::{Arrival, GatherRecord};
+use kilauea_gather::{Arrival, ChoiceRecords, GatherRecord};
 use kilauea_math::{Spectrum, Vec3};
 
 use super::Guide;
 use super::guided::{Guided, Known};
 use crate::integrator::{PathSample, RayTally};
-use crate::light::Receiver;
+use crate::light::{ByImportance, ImportanceWalk, LightChooser, Lights, Receiver};
 
 /// Guides by what earlier paths found, if there were any, and notes what paths find.
 #[derive(Clone, Copy)]
@@ -22,6 +22,10 @@ pub(crate) struct PathTrail {
     /// Scattering whose vertex has not added its own light yet.
     pending: Option<TrailVertex>,
     vertices: Vec<TrailVertex>,
+    /// Light of the sample when a light was chosen for which it is not known yet what it brings.
+    sought: Option<f32>,
+    /// Lights that this path and those before it chose.
+    pub(crate) choices: ChoiceRecords,
 }
 
 /// Where a path went on in one of many directions.
@@ -36,6 +40,15 @@ struct TrailVertex {
     gathered: Spectrum,
 }
 
+impl LightChooser for Training<'_> {
+    type Walk = ImportanceWalk;
+
+    #[inline]
+    fn walk(&self, receiver: Receiver) -> ImportanceWalk {
+        ByImportance.walk(receiver)
+    }
+}
+
 impl<'a> Guide for Training<'a> {
     type Knowledge = Known<'a>;
     type Trail = PathTrail;
@@ -48,6 +61,22 @@ impl<'a> Guide for Training<'a> {
     fn at(&self, receiver: Receiver) -> Known<'a> {
         self.guide
             .map_or(Known::NOTHING, |guide| guide.at(receiver))
+    }
+
+    fn seek(
+        trail: &mut PathTrail,
+        lights: &Lights,
+        receiver: Receiver,
+        light: u32,
+        out: &PathSample,
+    ) {
+        let Receiver { p, n } = receiver;
+        let turns = lights.turns_to(light, receiver);
+        // Without turns there is no choice.
+        if !turns.is_empty() {
+            trail.choices.push(p, n, trail.pixel, &turns);
+            trail.sought = Some(out.light().luminance());
+        }
     }
 
     fn leave(
@@ -66,6 +95,11 @@ impl<'a> Guide for Training<'a> {
     }
 
     fn depart(trail: &mut PathTrail, out: &PathSample) {
+        if let Some(before) = trail.sought.take() {
+            trail
+                .choices
+                .set_last_brought(out.light().luminance() - before);
+        }
         if let Some(vertex) = trail.pending.take() {
             trail.vertices.push(TrailVertex {
                 gathered: out.light(),

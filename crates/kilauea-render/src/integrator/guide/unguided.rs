@@ -2,11 +2,20 @@ use kilauea_bsdf::{BsdfSample, SeenBsdf};
 use kilauea_math::Vec3;
 
 use super::{Guide, Knowledge};
-use crate::light::Receiver;
+use crate::light::{ByImportance, ImportanceWalk, LightChooser, Receiver};
 
 /// Knows nothing, at no cost.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Unguided;
+
+impl LightChooser for Unguided {
+    type Walk = ImportanceWalk;
+
+    #[inline(always)]
+    fn walk(&self, receiver: Receiver) -> ImportanceWalk {
+        ByImportance.walk(receiver)
+    }
+}
 
 impl Guide for Unguided {
     type Knowledge = Self;

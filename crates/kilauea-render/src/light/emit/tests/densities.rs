@@ -9,7 +9,7 @@ use std::f32::consts::PI;
 use super::super::{Emitter, LightRay};
 use super::cases::{BLOCK, Case, cases, emitter};
 use crate::PreparedScene;
-use crate::light::InfiniteLight;
+use crate::light::{ByImportance, InfiniteLight};
 use crate::statistics::lights::turned;
 
 const N_DRAWS: u32 = 8_000;
@@ -59,7 +59,9 @@ fn is_lit(prepared: &PreparedScene, p: Vec3, dir: Vec3) -> bool {
     let lights = &prepared.lights;
     if lights.has_area_lights() {
         let mut is_met = false;
-        lights.for_each_area_hit(&back, None, &prepared.textures, |_, _| is_met = true);
+        lights.for_each_area_hit(&back, None, ByImportance, &prepared.textures, |_, _| {
+            is_met = true;
+        });
         return is_met;
     }
     if lights.infinite.is_empty() {

@@ -8,7 +8,7 @@ use std::f32::consts::PI;
 
 use super::cases::{BLOCK, block, cases, emitter, prepare};
 use crate::PreparedScene;
-use crate::light::Receiver;
+use crate::light::{ByImportance, Receiver};
 use crate::statistics::lights::{light, turned};
 
 const N_DRAWS: u32 = 8_000;
@@ -70,7 +70,9 @@ impl Target {
                 p: self.center + self.frame.from_local(at.extend(0.0)),
                 n: self.frame.z,
             };
-            let light = lights.sample(receiver, choice, Vec2::new(c, d), geometry, textures);
+            let picked = lights.choose(receiver, choice, ByImportance);
+            let u = Vec2::new(c, d);
+            let light = picked.and_then(|p| lights.sample(p, receiver, u, geometry, textures));
             light.map_or(0.0, |light| {
                 let cosine = light.sample.wi.dot(receiver.n).max(0.0);
                 area * project(light.sample.radiance * (cosine / light.sample.pdf))
