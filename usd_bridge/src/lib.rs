@@ -12,6 +12,7 @@ mod error;
 mod frame;
 mod image;
 mod job;
+mod metrics;
 mod photons;
 mod rays;
 mod scene;
@@ -29,6 +30,8 @@ mod _native {
     use crate::image::{compare, hdr_flip};
     #[pymodule_export]
     use crate::job::RenderJob;
+    #[pymodule_export]
+    use crate::metrics::MetricsServer;
     #[pymodule_export]
     use crate::photons::{inspect_photons, measure_photons};
     #[pymodule_export]

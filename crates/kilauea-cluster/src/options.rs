@@ -37,6 +37,8 @@ pub struct ClusterOptions {
     pub max_restarts: u32,
     /// Time that a worker has for a unit before others may have it too.
     pub patience: Duration,
+    /// A worker that says nothing for so long gets no more units until it does.
+    pub suspect_after: Duration,
     /// A worker that says nothing for so long is dead. It says something every 250 ms.
     pub dead_after: Duration,
     /// Where results are kept until the frame is done; nowhere if absent.
@@ -56,6 +58,7 @@ impl ClusterOptions {
             kind,
             max_restarts: n_workers.saturating_mul(3),
             patience: Duration::from_mins(1),
+            suspect_after: Duration::from_secs(1),
             dead_after: Duration::from_secs(2),
             journal: None,
             specialize_rays: true,

@@ -8,6 +8,7 @@ mod results;
 mod roster;
 #[cfg(test)]
 mod tests;
+mod watch;
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
@@ -167,6 +168,7 @@ impl Console {
             self.lend_all(status).await?;
             self.finish().await?;
         }
+        status.show(self.snapshot());
         Ok(self.into_result())
     }
 
@@ -194,13 +196,21 @@ impl Console {
         while !self.is_over(status) {
             tokio::select! {
                 Some(event) = self.events.recv() => self.handle(event)?,
-                _ = ticks.tick() => self.tick()?,
+                _ = ticks.tick() => {
+                    self.tick()?;
+                    status.show(self.snapshot());
+                }
                 () = status.cancelled() => {}
             }
             if !self.is_late() {
                 self.lend()?;
             }
             self.tell_passes_over();
+            for _ in 0..status.take_added() {
+                let rank = self.options.n_workers;
+                self.options.n_workers += 1;
+                self.start_worker(rank, 0)?;
+            }
             for (epoch, reason) in status.take_ended() {
                 self.replace(epoch, &reason)?;
             }
@@ -262,7 +272,7 @@ impl Console {
         let now = self.now();
         let mut stuck = Vec::new();
         for (&epoch, peer) in &mut self.peers {
-            while peer.is_free(now) {
+            while peer.is_free(now, self.options.suspect_after) {
                 let Some(grant) = self.ledger.lend(peer.holder, now) else {
                     break;
                 };

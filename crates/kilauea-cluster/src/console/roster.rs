@@ -1,6 +1,7 @@
 //! Who works: starts workers, finds out who is dead, and replaces them.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use kilauea_render::peak_rss_bytes;
 
@@ -57,6 +58,7 @@ impl Console {
             holder: Holder { rank, epoch },
             stage: Stage::Starting,
             last_heard: self.now(),
+            ready_at: Duration::ZERO,
             n_leases: 0,
             n_passes_over: 0,
             stats,
