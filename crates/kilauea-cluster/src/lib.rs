@@ -9,6 +9,8 @@
 
 mod console;
 mod error;
+#[doc(hidden)]
+pub mod fuzzing;
 mod handshake;
 mod job;
 mod journal;

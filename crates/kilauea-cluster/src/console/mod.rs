@@ -37,7 +37,8 @@ use crate::tls::Authority;
 use crate::worker::HEARTBEAT;
 use gate::{Event, Expected, Gate, Payload};
 use peer::{Peer, Stage};
-use results::{restore, settings_hash};
+pub(crate) use results::restore;
+use results::settings_hash;
 
 /// Events that wait to be handled.
 const MAX_EVENTS: usize = 256;

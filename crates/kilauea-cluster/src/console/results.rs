@@ -35,7 +35,7 @@ pub(super) fn settings_hash(settings: &RenderSettings) -> Digest {
 }
 
 /// Puts a result of an earlier run into the frame; whether it follows on what is there.
-pub(super) fn restore(frame: &mut CollectedFrame, ledger: &mut Ledger, kept: &Frame) -> bool {
+pub(crate) fn restore(frame: &mut CollectedFrame, ledger: &mut Ledger, kept: &Frame) -> bool {
     let Ok((UnitDone { unit, tally, .. }, sums)) = UnitDone::read(kept) else {
         return false;
     };
