@@ -8,6 +8,7 @@
 
 mod assembled;
 mod build;
+mod crew;
 mod error;
 mod frame;
 mod image;
@@ -24,6 +25,8 @@ mod _native {
     use crate::assembled::{AssembledScene, build_hash, run_worker};
     #[pymodule_export]
     use crate::build::{assemble_scene, build_scene};
+    #[pymodule_export]
+    use crate::crew::Crew;
     #[pymodule_export]
     use crate::error::{RenderError, SceneError};
     #[pymodule_export]

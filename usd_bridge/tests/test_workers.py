@@ -121,6 +121,30 @@ def is_running(pid):
     return state != "Z"
 
 
+def test_workers_stay_from_frame_to_frame(tmp_path):
+    commands = [
+        f"render -o {tmp_path / 'first.exr'} --stats {tmp_path / 'first.json'} {{}}",
+        "set /cornell_box/camera/camera.focalLength 40",
+        f"render -o {tmp_path / 'second.exr'} --stats {tmp_path / 'second.json'} --seed 3 {{}}",
+    ]
+
+    def render_all(*flags):
+        flags = " ".join(map(str, ("-r", 96, 64, "-j", 1, "-p", 1, *flags)))
+        lines = "\n".join(commands).format(flags, flags)
+        argv = [COMMAND, "console", BOX]
+        subprocess.run(argv, input=lines, check=True, timeout=120, text=True)
+        names = ("first", "second")
+        stats = [json.loads((tmp_path / f"{name}.json").read_text()) for name in names]
+        return [pixels(tmp_path / f"{name}.exr") for name in names], stats
+
+    alone, _ = render_all()
+    assert not np.array_equal(*alone)
+    shared, (first, second) = render_all("--workers", 2)
+    np.testing.assert_array_equal(alone, shared)
+    assert {w["pid"] for w in first["workers"]} == {w["pid"] for w in second["workers"]}
+    assert second["network"]["bytes_sent"] < first["network"]["bytes_sent"] / 2
+
+
 def test_figures_are_served_while_workers_render(tmp_path):
     process = start(tmp_path / "out.exr", "-p", 1024, "--workers", 2, "--metrics", "127.0.0.1:0")
     (address,) = re.findall(r"figures at (http://\S+/metrics)", process.stderr.readline())

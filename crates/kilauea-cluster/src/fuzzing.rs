@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use kilauea_render::CollectedFrame;
-use kilauea_scene::RenderSettings;
+use kilauea_scene::{Camera, RenderSettings};
 
 use crate::console::restore;
 use crate::error::ClusterError;
@@ -11,6 +11,7 @@ use crate::journal::Journal;
 use crate::ledger::Ledger;
 use crate::plan::Plan;
 use crate::protocol::{Frame, Manifest};
+use crate::scene::{SceneBytesError, camera_from_bytes, camera_to_bytes};
 
 /// What a journal must be of to be opened by [`open_journal`].
 pub fn manifest() -> Manifest {
@@ -19,6 +20,16 @@ pub fn manifest() -> Manifest {
         scene_hash: [2; 32],
         settings_hash: [3; 32],
     }
+}
+
+/// A camera as it comes with [`crate::protocol::Start`].
+pub fn camera() -> Vec<u8> {
+    camera_to_bytes(&Camera::default())
+}
+
+/// Reads one.
+pub fn read_camera(bytes: &[u8]) -> Result<(), SceneBytesError> {
+    camera_from_bytes(bytes).map(drop)
 }
 
 /// Opens a journal as a console does, and puts its results into a frame.

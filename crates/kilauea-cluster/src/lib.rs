@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 
 mod console;
+mod crew;
 mod error;
 #[doc(hidden)]
 pub mod fuzzing;
@@ -28,6 +29,7 @@ mod tls;
 mod worker;
 
 pub use console::ClusterResult;
+pub use crew::Crew;
 pub use error::ClusterError;
 pub use handshake::{HandshakeError, build_hash};
 pub use job::ClusterJob;
@@ -39,4 +41,4 @@ pub use snapshot::{Snapshot, UnitCounts, WorkerState, WorkerView};
 pub use stats::{NetworkStats, WorkerStats};
 pub use ticket::{Ticket, Token};
 pub use tls::Identity;
-pub use worker::{WorkerError, run_worker, run_worker_for};
+pub use worker::{Worker, WorkerError, run_worker, run_worker_for};

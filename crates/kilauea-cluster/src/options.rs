@@ -5,6 +5,8 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::crew::Crew;
+
 /// What workers are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum WorkerKind {
@@ -43,6 +45,8 @@ pub struct ClusterOptions {
     pub dead_after: Duration,
     /// Where results are kept until the frame is done; nowhere if absent.
     pub journal: Option<PathBuf>,
+    /// Workers of earlier frames, of which some may have the scene, and where those of this one stay.
+    pub crew: Option<Crew>,
     /// Whether links use TLS, with certificates made for this frame.
     pub tls: bool,
     /// Whether rays skip the code for what the scene does not have.
@@ -61,6 +65,7 @@ impl ClusterOptions {
             suspect_after: Duration::from_secs(1),
             dead_after: Duration::from_secs(2),
             journal: None,
+            crew: None,
             specialize_rays: true,
         }
     }

@@ -74,6 +74,8 @@ class RenderOptions:
     """Render in so many processes, of which each has `settings.threads`."""
     cluster: RayWorkers | None = None
     """Render on these machines instead."""
+    crew: Any = None
+    """A `kilauea._native.Crew` of workers that stay between frames."""
     metrics: Any = None
     """A `kilauea._native.MetricsServer` that shows the frame."""
     resume: bool = False
@@ -173,6 +175,11 @@ def render_frame(
     return stats
 
 
+def new_crew() -> Any:
+    """Return what keeps workers between frames; they end with it."""
+    return native().Crew()
+
+
 def serve_metrics(address: str) -> Any:
     """Serve figures of frames that workers render at an address, until what this returns is gone.
 
@@ -188,7 +195,7 @@ def serve_metrics(address: str) -> Any:
         raise KilaueaError(str(error)) from None
 
 
-def _sharing(options: RenderOptions) -> list[str]:
+def _sharing(options: RenderOptions) -> list[Any]:
     """Return how the work is shared out, where other processes do it."""
     if not options.has_workers:
         return []
@@ -199,7 +206,7 @@ def _sharing(options: RenderOptions) -> list[str]:
         sharing |= {"n_workers": options.workers, "command": worker.COMMAND}
     else:
         sharing |= {"n_workers": options.cluster.n_workers, "host": options.cluster.console_host}
-    return [json.dumps(sharing)]
+    return [json.dumps(sharing), options.crew]
 
 
 def summary(stats: dict[str, Any], outputs: list[str]) -> str:

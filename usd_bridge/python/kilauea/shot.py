@@ -13,7 +13,15 @@ from kilauea.arguments import subdivision_level
 from kilauea.clock import process_age
 from kilauea.errors import TimeLimitError, UsageError
 from kilauea.payload import Frame
-from kilauea.render import RenderOptions, build_options, build_scene, render_frame, serve_metrics, summary
+from kilauea.render import (
+    RenderOptions,
+    build_options,
+    build_scene,
+    new_crew,
+    render_frame,
+    serve_metrics,
+    summary,
+)
 
 if TYPE_CHECKING:
     from kilauea.ray_workers import RayWorkers
@@ -28,6 +36,7 @@ class Made:
         self._scene: Any = None
         self._scene_options: Any = None
         self._metrics: tuple[str, Any] | None = None
+        self._crew: Any = None
 
     def forget(self) -> None:
         """Let go of both."""
@@ -51,6 +60,12 @@ class Made:
             self._scene = build_scene(frame, options)
             self._scene_options = wanted
         return self._scene
+
+    def crew(self) -> Any:
+        """Return the workers that stay for the frames to come."""
+        if self._crew is None:
+            self._crew = new_crew()
+        return self._crew
 
     def metrics(self, address: str | None) -> Any:
         """Return what serves figures at an address, which stays for the frames to come."""
@@ -85,16 +100,19 @@ def render(
     -------
     The exit code: 0, or that of a time limit before one full pass.
     """
-    made = made or Made()
     _check_workers(args)
     files = _Files.of(args, stage)
+    is_last = made is None and len(files.frames) == 1
+    made = made or Made()
+    # After the last frame nobody needs them.
+    crew = None if args.workers is None or is_last else made.crew()
     with ExitStack() as until_done:
         cluster = None
         if args.cluster is not None:
             from kilauea.ray_workers import RayWorkers
 
             cluster = until_done.enter_context(closing(RayWorkers(args.cluster)))
-        return _render(args, stage, made, begun, files, cluster)
+        return _render(args, stage, made, begun, files, crew, cluster)
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -131,6 +149,7 @@ def _render(
     made: Made,
     begun: float,
     files: _Files,
+    crew: Any,
     cluster: RayWorkers | None,
 ) -> int:
     settings = request.engine_settings(args)
@@ -162,6 +181,7 @@ def _render(
             alfred="a" in letters,
             workers=args.workers,
             cluster=cluster,
+            crew=crew,
             metrics=metrics,
             resume=args.resume,
         )

@@ -30,12 +30,14 @@ use crate::link::Traffic;
 use crate::options::{ClusterOptions, WorkerKind};
 use crate::plan::Plan;
 use crate::protocol::{Finish, Frame, Lease, LeaseStart, Manifest, Message, PassesOver, Start};
-use crate::scene::scene_to_bytes;
+use crate::scene::{camera_to_bytes, scene_to_bytes};
+use crate::snapshot::UnitCounts;
 use crate::stats::{NetworkStats, WorkerStats};
 use crate::ticket::{Ticket, Token, random_u64};
 use crate::tls::Authority;
 use crate::worker::HEARTBEAT;
 use gate::{Event, Expected, Gate, Payload};
+pub(crate) use launch::WorkerProcess;
 use peer::{Peer, Stage};
 pub(crate) use results::restore;
 use results::settings_hash;
@@ -59,6 +61,8 @@ pub struct ClusterResult {
     pub workers: Vec<WorkerStats>,
     /// What went over links.
     pub network: NetworkStats,
+    /// What became of units.
+    pub units: UnitCounts,
     /// Where the results of a whole frame are kept: to be removed once nobody needs them.
     pub journal: Option<Journal>,
 }
@@ -107,12 +111,13 @@ impl Console {
         let n_threads = options.n_workers.saturating_mul(n_threads);
         let plan = Plan::new(&frame, settings, n_threads);
         let mut ledger = Ledger::new(plan, options.patience);
+        let camera = camera_to_bytes(&scene.camera);
         let scene = scene_to_bytes(scene);
         let scene_hash = *blake3::hash(&scene).as_bytes();
         let manifest = Manifest {
             build_hash: build_hash(),
             scene_hash,
-            settings_hash: settings_hash(settings),
+            settings_hash: settings_hash(settings, &camera),
         };
         let restore = |kept: &Frame| restore(&mut frame, &mut ledger, kept);
         let journal = options.journal.as_ref();
@@ -138,6 +143,7 @@ impl Console {
                 traffic: Arc::new(Traffic::default()),
                 payload: Arc::new(Payload {
                     start,
+                    camera,
                     scene,
                     begun,
                 }),
@@ -312,6 +318,7 @@ impl Console {
     }
 
     fn into_result(mut self) -> ClusterResult {
+        self.dismiss();
         self.reports.sort_by_key(|(holder, _)| holder.rank);
         let render_secs = self.now().as_secs_f64();
         let mut report = self
@@ -333,6 +340,7 @@ impl Console {
             frame,
             workers,
             network: NetworkStats::from(&*self.gate.traffic),
+            units: self.ledger.counts(),
         }
     }
 }

@@ -329,7 +329,7 @@ fn all_messages() -> Vec<Frame> {
         hello.frame(epoch, &[]),
         Refused { reason: reason() }.frame(0, &[]),
         Heartbeat { peak_rss: 1 << 20 }.frame(epoch, &[]),
-        start.frame(epoch, &[]),
+        start.frame(epoch, &fuzzing::camera()),
         SceneBytes.frame(epoch, &[1, 2, 3, 4]),
         Ready { n_threads: 2 }.frame(epoch, &[]),
         lease.frame(epoch, &[1; 64]),
@@ -355,7 +355,10 @@ fn read_message(frame: &Frame) -> Result<(), String> {
         FrameKind::Hello => read::<Hello>(frame),
         FrameKind::Refused => read::<Refused>(frame),
         FrameKind::Heartbeat => read::<Heartbeat>(frame),
-        FrameKind::Start => read::<Start>(frame),
+        FrameKind::Start => {
+            let (_, camera) = Start::read(frame).map_err(|error| error.to_string())?;
+            fuzzing::read_camera(camera).map_err(|error| error.to_string())
+        }
         FrameKind::SceneBytes => read::<SceneBytes>(frame),
         FrameKind::Ready => read::<Ready>(frame),
         FrameKind::Lease => read::<Lease>(frame),
