@@ -5,6 +5,7 @@ use serde::Deserialize;
 use std::net::IpAddr;
 use std::path::PathBuf;
 
+use crate::crew::Crew;
 use crate::error::render_error;
 use crate::job::{AnyJob, RenderJob};
 
@@ -61,19 +62,22 @@ impl AssembledScene {
 
     /// Have workers render; `sharing_json` is an object with `n_workers`, `journal`, which is a file or
     /// null, and either `command`, a list that starts a worker, or `host`, this machine's address for
-    /// workers whose tickets the caller takes.
+    /// workers whose tickets the caller takes. Those of a `crew` stay for its next frame.
+    #[pyo3(signature = (settings_json, metadata_json, sharing_json, crew = None))]
     fn render(
         &self,
         py: Python<'_>,
         settings_json: &str,
         metadata_json: &str,
         sharing_json: &str,
+        crew: Option<&Crew>,
     ) -> PyResult<RenderJob> {
         let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
         let sharing: Sharing = serde_json::from_str(sharing_json).map_err(render_error)?;
         let kind = sharing.kind.into_workers()?;
         let options = ClusterOptions {
             journal: sharing.journal,
+            crew: crew.map(|crew| crew.0.clone()),
             specialize_rays: self.specialize_rays,
             ..ClusterOptions::new(sharing.n_workers, kind)
         };

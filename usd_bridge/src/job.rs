@@ -142,7 +142,7 @@ impl RenderJob {
         })
     }
 
-    fn with_job<T>(&self, f: impl FnOnce(&AnyJob) -> T) -> PyResult<T> {
+    pub(crate) fn with_job<T>(&self, f: impl FnOnce(&AnyJob) -> T) -> PyResult<T> {
         let job = self.job.lock().unwrap_or_else(PoisonError::into_inner);
         job.as_ref()
             .map(f)
@@ -178,6 +178,15 @@ impl RenderJob {
         self.with_job(|job| match job {
             AnyJob::Threads(_) => {}
             AnyJob::Workers(job) => job.worker_ended(epoch, reason),
+        })
+    }
+
+    /// The numbers of workers that hold the frame up: that have said nothing for a while, or are at
+    /// less than half the mean speed.
+    fn laggards(&self) -> PyResult<Vec<u32>> {
+        self.with_job(|job| match job {
+            AnyJob::Threads(_) => Vec::new(),
+            AnyJob::Workers(job) => job.snapshot().laggards(0.5),
         })
     }
 

@@ -8,10 +8,12 @@
 
 mod assembled;
 mod build;
+mod crew;
 mod error;
 mod frame;
 mod image;
 mod job;
+mod metrics;
 mod photons;
 mod rays;
 mod scene;
@@ -24,11 +26,15 @@ mod _native {
     #[pymodule_export]
     use crate::build::{assemble_scene, build_scene};
     #[pymodule_export]
+    use crate::crew::Crew;
+    #[pymodule_export]
     use crate::error::{RenderError, SceneError};
     #[pymodule_export]
     use crate::image::{compare, hdr_flip};
     #[pymodule_export]
     use crate::job::RenderJob;
+    #[pymodule_export]
+    use crate::metrics::MetricsServer;
     #[pymodule_export]
     use crate::photons::{inspect_photons, measure_photons};
     #[pymodule_export]

@@ -23,7 +23,7 @@ STATS = {
     "rays": "camera shadow indirect photon",
     "photons": "emitted stored",
     "memory": "peak_rss scene accel photons shades_in_flight_peak",
-    "network": "bytes_sent bytes_received messages",
+    "network": "bytes_sent bytes_received messages stale_messages",
 }
 
 

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
+import socket
 import subprocess
 import sys
 import time
+import urllib.request
 from pathlib import Path
 
 import numpy as np
 import pytest
+from prometheus_client.parser import text_string_to_metric_families
 
 pytest.importorskip("kilauea._native")
 oiio = pytest.importorskip("OpenImageIO")
@@ -64,7 +68,7 @@ def test_workers_render_the_same_pixels(tmp_path, flags):
     flags = [*flags, "-p", 8]
     alone, stats = render(tmp_path / "alone.exr", *flags)
     assert stats["workers"] == []
-    assert stats["network"] == {"bytes_sent": 0, "bytes_received": 0, "messages": 0}
+    assert stats["network"] == {"bytes_sent": 0, "bytes_received": 0, "messages": 0, "stale_messages": 0}
     for n_workers in (1, 2):
         shared, stats = render(tmp_path / "shared.exr", *flags, "--workers", n_workers)
         np.testing.assert_array_equal(alone, shared)
@@ -115,6 +119,64 @@ def is_running(pid):
     except FileNotFoundError:
         return False
     return state != "Z"
+
+
+def test_workers_stay_from_frame_to_frame(tmp_path):
+    commands = [
+        f"render -o {tmp_path / 'first.exr'} --stats {tmp_path / 'first.json'} {{}}",
+        "set /cornell_box/camera/camera.focalLength 40",
+        f"render -o {tmp_path / 'second.exr'} --stats {tmp_path / 'second.json'} --seed 3 {{}}",
+    ]
+
+    def render_all(*flags):
+        flags = " ".join(map(str, ("-r", 96, 64, "-j", 1, "-p", 1, *flags)))
+        lines = "\n".join(commands).format(flags, flags)
+        argv = [COMMAND, "console", BOX]
+        subprocess.run(argv, input=lines, check=True, timeout=120, text=True)
+        names = ("first", "second")
+        stats = [json.loads((tmp_path / f"{name}.json").read_text()) for name in names]
+        return [pixels(tmp_path / f"{name}.exr") for name in names], stats
+
+    alone, _ = render_all()
+    assert not np.array_equal(*alone)
+    shared, (first, second) = render_all("--workers", 2)
+    np.testing.assert_array_equal(alone, shared)
+    assert {w["pid"] for w in first["workers"]} == {w["pid"] for w in second["workers"]}
+    assert second["network"]["bytes_sent"] < first["network"]["bytes_sent"] / 2
+
+
+def test_figures_are_served_while_workers_render(tmp_path):
+    process = start(tmp_path / "out.exr", "-p", 1024, "--workers", 2, "--metrics", "127.0.0.1:0")
+    (address,) = re.findall(r"figures at (http://\S+/metrics)", process.stderr.readline())
+
+    def figures():
+        with urllib.request.urlopen(address, timeout=10) as answer:
+            assert answer.headers["Content-Type"] == "text/plain; version=0.0.4; charset=utf-8"
+            families = text_string_to_metric_families(answer.read().decode())
+            return {
+                (sample.name, *sample.labels.values()): sample.value
+                for family in families
+                for sample in family.samples
+            }
+
+    wait_for(lambda: figures()["kilauea_units_done_total",] > 0)
+    seen = figures()
+    process.kill()
+    process.communicate()
+    assert seen["kilauea_workers", "working"] + seen["kilauea_workers", "suspect"] > 0
+    assert 0 < seen["kilauea_frame_done_ratio",] <= 1
+    by_worker = [seen["kilauea_worker_units_done_total", str(rank)] for rank in range(2)]
+    assert sum(by_worker) == seen["kilauea_units_done_total",]
+    assert seen["kilauea_network_received_bytes_total",] > 10_000
+
+
+def test_figures_need_workers_and_a_free_address(tmp_path):
+    errors = finish(start(tmp_path / "out.exr", "--metrics", "127.0.0.1:0"), code=2)
+    assert "--metrics" in errors
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        address = f"127.0.0.1:{taken.getsockname()[1]}"
+        errors = finish(start(tmp_path / "out.exr", "--workers", 1, "--metrics", address), code=1)
+    assert address in errors
 
 
 def test_the_token_can_be_read_nowhere(tmp_path):

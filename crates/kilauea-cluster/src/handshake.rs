@@ -97,10 +97,12 @@ pub(crate) async fn receive_worker(
     Ok(hello)
 }
 
-/// The worker's side; gives the hash of the scene that the console has.
+/// The worker's side, which may have a scene of this hash; gives that of the scene that the console
+/// has.
 pub(crate) async fn join_console(
     link: &mut Link,
     ticket: &Ticket,
+    held: Option<[u8; 32]>,
 ) -> Result<[u8; 32], HandshakeError> {
     link.reader.limit_body(MAX_BODY_BYTES);
     let said = timeout(HANDSHAKE_TIMEOUT, async {
@@ -113,7 +115,7 @@ pub(crate) async fn join_console(
                 protocols: [PROTOCOL, PROTOCOL],
                 build_hash: build_hash(),
                 is_little_endian: cfg!(target_endian = "little"),
-                scene_hash: None,
+                scene_hash: held,
                 session: ticket.session,
                 rank: ticket.rank,
                 incarnation: ticket.incarnation,
@@ -260,7 +262,7 @@ mod tests {
     async fn those_who_know_the_token_join() {
         let (ours, mut theirs) = links();
         let ticket = ticket();
-        let (said, joined) = tokio::join!(console(ours), join_console(&mut theirs, &ticket));
+        let (said, joined) = tokio::join!(console(ours), join_console(&mut theirs, &ticket, None));
         let hello = said.unwrap();
         assert_eq!((hello.rank, hello.incarnation, hello.epoch), (2, 1, 5));
         assert_eq!(joined.unwrap(), SCENE_HASH);
@@ -271,7 +273,7 @@ mod tests {
         let (ours, mut theirs) = links();
         let mut ticket = ticket();
         change(&mut ticket);
-        let (said, joined) = tokio::join!(console(ours), join_console(&mut theirs, &ticket));
+        let (said, joined) = tokio::join!(console(ours), join_console(&mut theirs, &ticket, None));
         [
             said.unwrap_err().to_string(),
             joined.unwrap_err().to_string(),
@@ -353,7 +355,7 @@ mod tests {
             // What the worker said, sent back to it.
             ours.writer.write(&hello.frame(0, &[])).await.unwrap();
         };
-        let (joined, ()) = tokio::join!(join_console(&mut theirs, &ticket), console);
+        let (joined, ()) = tokio::join!(join_console(&mut theirs, &ticket, None), console);
         assert!(joined.unwrap_err().to_string().contains("token"));
     }
 
@@ -362,7 +364,7 @@ mod tests {
         let (ours, _theirs) = links();
         assert!(matches!(console(ours).await, Err(HandshakeError::Timeout)));
         let (_ours, mut theirs) = links();
-        let joined = join_console(&mut theirs, &ticket()).await;
+        let joined = join_console(&mut theirs, &ticket(), None).await;
         assert!(matches!(joined, Err(HandshakeError::Timeout)));
     }
 

@@ -11,6 +11,7 @@ use tokio::sync::Notify;
 use crate::console::{ClusterResult, Console};
 use crate::error::ClusterError;
 use crate::options::ClusterOptions;
+use crate::snapshot::Snapshot;
 use crate::ticket::Ticket;
 use crate::worker::runtime;
 
@@ -38,6 +39,9 @@ struct State {
     tickets: Vec<Ticket>,
     /// Workers that somebody else knows to have ended: epochs and reasons.
     ended: Vec<(u32, String)>,
+    /// Workers that are to be added.
+    n_added: u32,
+    snapshot: Snapshot,
     has_ended: bool,
 }
 
@@ -100,6 +104,20 @@ impl ClusterJob {
         self.status.lock().ended.push((epoch, reason));
     }
 
+    /// Has one more worker, where a machine has become free: it is started as the others were.
+    pub fn add_worker(&self) {
+        self.status.lock().n_added += 1;
+    }
+
+    /// What the console knows, as of a quarter of a second ago at most.
+    pub fn snapshot(&self) -> Snapshot {
+        self.status.snapshot()
+    }
+
+    pub(crate) fn status(&self) -> &Arc<Status> {
+        &self.status
+    }
+
     /// Makes rendering stop soon.
     pub fn cancel(&self) {
         self.status.is_cancelled.store(true, Ordering::Relaxed);
@@ -123,6 +141,18 @@ impl Status {
 
     pub(crate) fn take_ended(&self) -> Vec<(u32, String)> {
         std::mem::take(&mut self.lock().ended)
+    }
+
+    pub(crate) fn take_added(&self) -> u32 {
+        std::mem::take(&mut self.lock().n_added)
+    }
+
+    pub(crate) fn show(&self, snapshot: Snapshot) {
+        self.lock().snapshot = snapshot;
+    }
+
+    pub(crate) fn snapshot(&self) -> Snapshot {
+        self.lock().snapshot.clone()
     }
 
     pub(crate) fn is_cancelled(&self) -> bool {

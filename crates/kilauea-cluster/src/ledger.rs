@@ -11,6 +11,7 @@ use kilauea_render::Unit;
 
 use crate::plan::Plan;
 use crate::protocol::LeaseStart;
+use crate::snapshot::UnitCounts;
 
 /// A result in short: BLAKE3 of all that is in it.
 pub(crate) type Digest = [u8; 32];
@@ -59,12 +60,16 @@ pub(crate) struct Ledger {
     next_lease: u64,
     /// Time that a worker has for a unit.
     patience: Duration,
+    n_lent_again: u64,
+    n_late_results: u64,
 }
 
 #[derive(Debug, Default)]
 struct TileRecord {
     /// Passes whose results count.
     n_done: u32,
+    /// Passes that have been lent at least once.
+    n_lent: u32,
     /// The life that has the tile's sums.
     kept_by: Option<u32>,
     leases: Vec<LeaseRecord>,
@@ -96,6 +101,8 @@ impl Ledger {
             tiles,
             next_lease: 1,
             patience,
+            n_lent_again: 0,
+            n_late_results: 0,
         }
     }
 
@@ -115,6 +122,25 @@ impl Ledger {
         self.tiles.iter().all(|tile| tile.leases.is_empty())
     }
 
+    /// What became of units so far.
+    pub(crate) fn counts(&self) -> UnitCounts {
+        let sum =
+            |count: fn(&TileRecord) -> usize| self.tiles.iter().map(count).sum::<usize>() as u64;
+        let n_done = sum(|tile| tile.accepted.len());
+        let to_do = |tile: &TileRecord| {
+            let cuts = self.plan.cuts.iter();
+            cuts.filter(|&&cut| cut > tile.n_done).count() as u64
+        };
+        UnitCounts {
+            n_units: n_done + self.tiles.iter().map(to_do).sum::<u64>(),
+            n_done,
+            n_held: sum(|tile| tile.leases.len()),
+            n_lent: self.next_lease - 1,
+            n_lent_again: self.n_lent_again,
+            n_late_results: self.n_late_results,
+        }
+    }
+
     /// Lends a unit; none where there is nothing to do now. Earlier passes come first, then tiles
     /// whose sums the worker has, then the middle of the picture. Where all is lent, units that are
     /// late are lent once more.
@@ -127,6 +153,8 @@ impl Ledger {
         let record = &mut self.tiles[tile_idx];
         let start = record.n_done;
         let end = *self.plan.cuts.iter().find(|&&cut| cut > start)?;
+        self.n_lent_again += u64::from(record.n_lent >= end);
+        record.n_lent = end;
         record.leases.push(LeaseRecord {
             id,
             holder,
@@ -169,6 +197,7 @@ impl Ledger {
             record.kept_by = Some(holder.epoch);
             return Verdict::First;
         }
+        self.n_late_results += 1;
         let mut accepted = record.accepted.iter();
         match accepted.find(|accepted| accepted.passes == unit.passes) {
             Some(first) if first.digest != digest && self.plan.is_repeatable => {
@@ -199,7 +228,8 @@ impl Ledger {
         }
     }
 
-    fn n_passes(&self) -> u32 {
+    /// Passes of the frame.
+    pub(crate) fn n_passes(&self) -> u32 {
         self.plan.cuts.last().copied().unwrap_or(0)
     }
 
@@ -288,6 +318,9 @@ mod tests {
         }
         assert!(ledger.is_complete() && ledger.is_idle());
         assert_eq!(ledger.lend(A, PATIENCE), None);
+        let counts = ledger.counts();
+        assert_eq!((counts.n_units, counts.n_done, counts.n_held), (5, 5, 0));
+        assert_eq!((counts.n_lent, counts.n_lent_again), (5, 0));
     }
 
     #[test]
@@ -309,6 +342,10 @@ mod tests {
         );
         let again = ledger.settle(A, first.id, unit, digest(unit));
         assert_eq!(again, Verdict::Unknown, "a lease ends with its result");
+        let counts = ledger.counts();
+        assert_eq!((counts.n_units, counts.n_done), (1, 1));
+        assert_eq!((counts.n_lent, counts.n_lent_again), (2, 1));
+        assert_eq!(counts.n_late_results, 1);
     }
 
     #[test]

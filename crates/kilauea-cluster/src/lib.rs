@@ -8,29 +8,37 @@
 #![forbid(unsafe_code)]
 
 mod console;
+mod crew;
 mod error;
+#[doc(hidden)]
+pub mod fuzzing;
 mod handshake;
 mod job;
 mod journal;
 mod ledger;
 pub mod link;
+mod metrics;
 mod options;
 mod plan;
 pub mod protocol;
 mod scene;
+mod snapshot;
 mod stats;
 mod ticket;
 mod tls;
 mod worker;
 
 pub use console::ClusterResult;
+pub use crew::Crew;
 pub use error::ClusterError;
 pub use handshake::{HandshakeError, build_hash};
 pub use job::ClusterJob;
 pub use journal::{Journal, JournalError};
+pub use metrics::MetricsServer;
 pub use options::{ClusterOptions, WorkerKind};
 pub use scene::{SceneBytesError, scene_from_bytes, scene_to_bytes};
+pub use snapshot::{Snapshot, UnitCounts, WorkerState, WorkerView};
 pub use stats::{NetworkStats, WorkerStats};
 pub use ticket::{Ticket, Token};
 pub use tls::Identity;
-pub use worker::{WorkerError, run_worker, run_worker_for};
+pub use worker::{Worker, WorkerError, run_worker, run_worker_for};

@@ -38,6 +38,8 @@ pub struct Traffic {
     pub bytes_received: AtomicU64,
     /// Frames either way.
     pub messages: AtomicU64,
+    /// Of those, frames of an earlier life that nobody hears.
+    pub stale_messages: AtomicU64,
 }
 
 impl Link {

@@ -5,6 +5,8 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::crew::Crew;
+
 /// What workers are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum WorkerKind {
@@ -37,10 +39,14 @@ pub struct ClusterOptions {
     pub max_restarts: u32,
     /// Time that a worker has for a unit before others may have it too.
     pub patience: Duration,
+    /// A worker that says nothing for so long gets no more units until it does.
+    pub suspect_after: Duration,
     /// A worker that says nothing for so long is dead. It says something every 250 ms.
     pub dead_after: Duration,
     /// Where results are kept until the frame is done; nowhere if absent.
     pub journal: Option<PathBuf>,
+    /// Workers of earlier frames, of which some may have the scene, and where those of this one stay.
+    pub crew: Option<Crew>,
     /// Whether links use TLS, with certificates made for this frame.
     pub tls: bool,
     /// Whether rays skip the code for what the scene does not have.
@@ -56,8 +62,10 @@ impl ClusterOptions {
             kind,
             max_restarts: n_workers.saturating_mul(3),
             patience: Duration::from_mins(1),
+            suspect_after: Duration::from_secs(1),
             dead_after: Duration::from_secs(2),
             journal: None,
+            crew: None,
             specialize_rays: true,
         }
     }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::link::Traffic;
 
 /// A worker in one of its lives.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct WorkerStats {
     /// Number of the worker.
     pub rank: u32,
@@ -21,6 +21,8 @@ pub struct WorkerStats {
     pub units: u64,
     /// Rays traced for them.
     pub rays: u64,
+    /// Seconds from when it could render to its last result.
+    pub working_secs: f64,
     /// Highest resident size of the process, bytes.
     pub peak_rss: u64,
     /// Why it was lost; absent where it was there to the end.
@@ -36,6 +38,8 @@ pub struct NetworkStats {
     pub bytes_received: u64,
     /// Frames either way.
     pub messages: u64,
+    /// Frames of workers that were dead already, which were dropped.
+    pub stale_messages: u64,
 }
 
 impl From<&Traffic> for NetworkStats {
@@ -44,6 +48,7 @@ impl From<&Traffic> for NetworkStats {
             bytes_sent: traffic.bytes_sent.load(Ordering::Relaxed),
             bytes_received: traffic.bytes_received.load(Ordering::Relaxed),
             messages: traffic.messages.load(Ordering::Relaxed),
+            stale_messages: traffic.stale_messages.load(Ordering::Relaxed),
         }
     }
 }

@@ -2,31 +2,13 @@
 
 mod frame;
 
-use std::net::{IpAddr, Ipv4Addr, TcpStream};
-use std::thread::{self, JoinHandle};
+use std::net::TcpStream;
+use std::thread;
 use std::time::Duration;
 
+use frame::elsewhere::{HERE, serve, start_thread};
 use frame::{Shot, processes};
-use kilauea_cluster::{
-    ClusterJob, ClusterOptions, Ticket, WorkerError, WorkerKind, run_worker_for,
-};
-
-const HERE: WorkerKind = WorkerKind::Elsewhere {
-    host: IpAddr::V4(Ipv4Addr::LOCALHOST),
-};
-
-/// Starts what a job wants to be started, as `start` does, until it has ended.
-fn serve(job: &ClusterJob, mut start: impl FnMut(&ClusterJob, Ticket)) {
-    while !job.wait(Duration::from_millis(20)) {
-        for ticket in job.take_tickets() {
-            start(job, ticket);
-        }
-    }
-}
-
-fn start_thread(ticket: Ticket) -> JoinHandle<Result<(), WorkerError>> {
-    thread::spawn(move || run_worker_for(&ticket))
-}
+use kilauea_cluster::{ClusterOptions, Ticket, run_worker_for};
 
 #[test]
 fn tls_changes_no_bit() {

@@ -179,7 +179,6 @@ impl Frame {
     ) -> Result<Self, RenderError> {
         let start = Instant::now();
         let film = empty_film(&settings)?;
-        let scene = &prepared.scene;
         let n_threads = match settings.threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             n => n as usize,
@@ -202,7 +201,11 @@ impl Frame {
         Ok(Self {
             needs,
             filter: Filter::new(settings.filter, settings.filter_radius),
-            camera: RayGenerator::new(&scene.camera, settings.resolution, scene.origin_world),
+            camera: RayGenerator::new(
+                &prepared.camera,
+                settings.resolution,
+                prepared.scene.origin_world,
+            ),
             sampler: SamplerTables::new(
                 settings.samples_per_pixel,
                 settings.max_depth,

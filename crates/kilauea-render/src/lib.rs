@@ -48,6 +48,8 @@ pub use photon::{
     TracedPhotons, photon_benefit, photon_picture, trace_importons, trace_photons,
 };
 pub use prepared::{PrepareOptions, PreparedScene};
+#[doc(hidden)]
+pub use set::fuzzing;
 pub use set::{
     Broadcast, MemberBytes, MemberStats, Packing, PlacementError, RaySample, RayTraffic, Set,
     SetPlan, SetStats,

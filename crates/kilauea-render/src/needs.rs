@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use crate::geometry::Geometry;
 use crate::light::Lights;
-use kilauea_scene::{Prototype, Scene, Visibility};
+use kilauea_scene::{Camera, Prototype, Scene, Visibility};
 use shaders::Shader;
 
 /// Declares the flags once: as fields, all set, and by name.
@@ -70,8 +70,8 @@ scene_needs! {
 }
 
 impl SceneNeeds {
-    /// What `scene` uses.
-    pub fn of(scene: &Scene, geometry: &Geometry, lights: &Lights) -> Self {
+    /// What `scene` uses, seen from `camera`.
+    pub fn of(scene: &Scene, camera: &Camera, geometry: &Geometry, lights: &Lights) -> Self {
         let prototypes = &scene.prototypes;
         let used = |material: u32| {
             prototypes.iter().any(|p| {
@@ -97,14 +97,13 @@ impl SceneNeeds {
             infinite_lights: lights.rays_meet_infinite_lights(),
             textures: !scene.textures.is_empty(),
             instances: geometry.has_instances(),
-            motion: !scene.camera.later_world_from_camera.is_empty()
-                || prototypes.iter().any(moves),
+            motion: !camera.later_world_from_camera.is_empty() || prototypes.iter().any(moves),
             curves: prototypes.iter().any(|p| !p.curves.is_empty()),
             points: prototypes.iter().any(|p| !p.points.is_empty()),
             masks: prototypes.iter().any(hides),
             media: !priorities.is_empty(),
             nested_media: priorities.len() > 1,
-            lens: scene.camera.lens_radius > 0.0,
+            lens: camera.lens_radius > 0.0,
             surface_layers: true,
             guided_directions: false,
             guided_lights: false,

@@ -1,6 +1,6 @@
 //! A scene with all that is computed before its first ray.
 
-use kilauea_scene::Scene;
+use kilauea_scene::{Camera, Scene};
 use kilauea_texture::TextureStore;
 use std::sync::Arc;
 use std::time::Instant;
@@ -16,6 +16,8 @@ use crate::stats::SceneSize;
 pub struct PreparedScene {
     /// The scene.
     pub scene: Arc<Scene>,
+    /// Where it is seen from: the scene's own camera, or the one that was set since.
+    pub camera: Camera,
     /// Surfaces.
     pub geometry: Geometry,
     /// Lights.
@@ -35,7 +37,7 @@ pub struct PreparedScene {
 }
 
 /// Choices made before the first ray.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PrepareOptions {
     /// Bound on the texture tiles in memory.
     pub texture_memory_bytes: u64,
@@ -108,9 +110,11 @@ impl PreparedScene {
             let what = "emits and moves: its light is found by chance only";
             warnings.push(format!("{path}: {what}"));
         }
-        let needs = SceneNeeds::of(&scene, &geometry, &lights);
+        let camera = scene.camera.clone();
+        let needs = SceneNeeds::of(&scene, &camera, &geometry, &lights);
         Self {
             scene,
+            camera,
             geometry,
             lights,
             textures,
@@ -120,6 +124,17 @@ impl PreparedScene {
             size,
             set,
         }
+    }
+
+    /// Has the scene seen from elsewhere. Nothing else depends on the camera.
+    ///
+    /// # Errors
+    /// A number of the camera is not finite.
+    pub fn set_camera(&mut self, camera: Camera) -> Result<(), RenderError> {
+        camera.check()?;
+        self.needs = SceneNeeds::of(&self.scene, &camera, &self.geometry, &self.lights);
+        self.camera = camera;
+        Ok(())
     }
 
     /// Bytes that each member of the set holds; none where all is here.

@@ -84,7 +84,7 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS
     #[inline]
     pub(crate) fn finish(&self, view: &SampleView, found: &PathSample) -> PixelSample {
         let mut sample = found.at_pixel(view.distance_per_depth, view.offset_sq);
-        let exposure = self.frame.prepared.scene.camera.exposure_scale;
+        let exposure = self.frame.prepared.camera.exposure_scale;
         if exposure != 1.0 {
             sample.expose(exposure);
         }

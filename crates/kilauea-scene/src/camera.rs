@@ -55,7 +55,10 @@ impl Default for Camera {
 
 impl Camera {
     /// Checks that all of it is numbers. What those say may be as odd as it likes.
-    pub(crate) fn check(&self) -> Result<(), SceneError> {
+    ///
+    /// # Errors
+    /// Names the camera and the attribute that is not finite.
+    pub fn check(&self) -> Result<(), SceneError> {
         let mut matrices =
             std::iter::once(&self.world_from_camera).chain(&self.later_world_from_camera);
         let are_finite = [

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
 
 _BAR_WIDTH = 30
 _REDRAW_SECS = 0.2
 _LINE_SECS = 10.0
+_SLOW_WIDTH = 24
+_NAMED = 3
+"""Workers that are named; others are counted."""
 
 
 class Progress:
@@ -21,8 +25,10 @@ class Progress:
         self._percent = -1
         self._drawn = False
 
-    def update(self, fraction: float, seconds_left: float | None) -> None:
-        """Show the state where it is time to."""
+    def update(
+        self, fraction: float, seconds_left: float | None, laggards: Sequence[int] = ()
+    ) -> None:
+        """Show the state where it is time to; `laggards` are workers that hold the frame up."""
         percent = int(100 * min(max(fraction, 0.0), 1.0))
         if self._alfred and percent > self._percent:
             self._percent = percent
@@ -31,21 +37,30 @@ class Progress:
         if not self._shown or now < self._next:
             return
         left = "" if seconds_left is None else f"{duration(seconds_left)} left"
+        slow = f"slow: {_workers(laggards)}" if laggards else ""
         if self._tty:
             done = "#" * (percent * _BAR_WIDTH // 100)
-            sys.stderr.write(f"\r[{done:-<{_BAR_WIDTH}}] {percent:3d} %  {left:<16}")
+            sys.stderr.write(f"\r[{done:-<{_BAR_WIDTH}}] {percent:3d} %  {left:<16}{slow:<{_SLOW_WIDTH}}")
             self._next = now + _REDRAW_SECS
             self._drawn = True
         else:
-            sys.stderr.write(f"kilauea: {percent} %{', ' + left if left else ''}\n")
+            said = ", ".join(part for part in (f"{percent} %", left, slow) if part)
+            sys.stderr.write(f"kilauea: {said}\n")
             self._next = now + _LINE_SECS
         sys.stderr.flush()
 
     def close(self) -> None:
         """Take the bar away."""
         if self._drawn:
-            sys.stderr.write("\r" + " " * (_BAR_WIDTH + 28) + "\r")
+            sys.stderr.write("\r" + " " * (_BAR_WIDTH + 28 + _SLOW_WIDTH) + "\r")
             sys.stderr.flush()
+
+
+def _workers(ranks: Sequence[int]) -> str:
+    """Write `worker 2` or `workers 0, 1, 2 +5`."""
+    named = ", ".join(str(rank) for rank in ranks[:_NAMED])
+    more = f" +{len(ranks) - _NAMED}" if len(ranks) > _NAMED else ""
+    return f"worker{'s' if len(ranks) > 1 else ''} {named}{more}"
 
 
 def duration(seconds: float) -> str:

@@ -74,6 +74,10 @@ class RenderOptions:
     """Render in so many processes, of which each has `settings.threads`."""
     cluster: RayWorkers | None = None
     """Render on these machines instead."""
+    crew: Any = None
+    """A `kilauea._native.Crew` of workers that stay between frames."""
+    metrics: Any = None
+    """A `kilauea._native.MetricsServer` that shows the frame."""
     resume: bool = False
     """Keep what workers have rendered beside the first output, and go on from what is there."""
 
@@ -159,6 +163,8 @@ def render_frame(
         }
         settings = settings_record(frame, options)
         job = scene.render(json.dumps(settings), json.dumps(metadata), *_sharing(options))
+        if options.metrics is not None:
+            options.metrics.watch(job)
         wait(job, Progress(options.verbosity >= 2, options.alfred), options.cluster)
         stats = interrupt.run(lambda: json.loads(job.finish(options.outputs)), interrupt.GRACE_SECS)
     except (engine.SceneError, engine.RenderError) as error:
@@ -169,7 +175,27 @@ def render_frame(
     return stats
 
 
-def _sharing(options: RenderOptions) -> list[str]:
+def new_crew() -> Any:
+    """Return what keeps workers between frames; they end with it."""
+    return native().Crew()
+
+
+def serve_metrics(address: str) -> Any:
+    """Serve figures of frames that workers render at an address, until what this returns is gone.
+
+    Raises
+    ------
+    KilaueaError
+        Nobody can listen there.
+    """
+    engine = native()
+    try:
+        return engine.MetricsServer(address)
+    except engine.RenderError as error:
+        raise KilaueaError(str(error)) from None
+
+
+def _sharing(options: RenderOptions) -> list[Any]:
     """Return how the work is shared out, where other processes do it."""
     if not options.has_workers:
         return []
@@ -180,7 +206,7 @@ def _sharing(options: RenderOptions) -> list[str]:
         sharing |= {"n_workers": options.workers, "command": worker.COMMAND}
     else:
         sharing |= {"n_workers": options.cluster.n_workers, "host": options.cluster.console_host}
-    return [json.dumps(sharing)]
+    return [json.dumps(sharing), options.crew]
 
 
 def summary(stats: dict[str, Any], outputs: list[str]) -> str:
@@ -204,7 +230,7 @@ def wait(job: Any, progress: Progress, cluster: RayWorkers | None = None) -> Non
         while not job.wait(_POLL_SECS):
             if cluster is not None:
                 cluster.serve(job)
-            progress.update(*job.progress())
+            progress.update(*job.progress(), job.laggards())
     except KeyboardInterrupt:
         progress.close()
         interrupt.cancel(job)
@@ -226,5 +252,5 @@ def _complete(
     # One process, which traced no photons.
     stats.setdefault("photons", {"emitted": 0, "stored": 0})
     stats.setdefault("workers", [])
-    stats.setdefault("network", {"bytes_sent": 0, "bytes_received": 0, "messages": 0})
+    stats.setdefault("network", {"bytes_sent": 0, "bytes_received": 0, "messages": 0, "stale_messages": 0})
     stats["date"] = time.strftime("%Y-%m-%dT%H:%M:%S%z")

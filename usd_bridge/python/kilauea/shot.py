@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
+from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Any
 
 from kilauea import framespec, interrupt, request
@@ -12,7 +13,15 @@ from kilauea.arguments import subdivision_level
 from kilauea.clock import process_age
 from kilauea.errors import TimeLimitError, UsageError
 from kilauea.payload import Frame
-from kilauea.render import RenderOptions, build_options, build_scene, render_frame, summary
+from kilauea.render import (
+    RenderOptions,
+    build_options,
+    build_scene,
+    new_crew,
+    render_frame,
+    serve_metrics,
+    summary,
+)
 
 if TYPE_CHECKING:
     from kilauea.ray_workers import RayWorkers
@@ -26,6 +35,8 @@ class Made:
         self._frame_options: Any = None
         self._scene: Any = None
         self._scene_options: Any = None
+        self._metrics: tuple[str, Any] | None = None
+        self._crew: Any = None
 
     def forget(self) -> None:
         """Let go of both."""
@@ -50,6 +61,24 @@ class Made:
             self._scene_options = wanted
         return self._scene
 
+    def crew(self) -> Any:
+        """Return the workers that stay for the frames to come."""
+        if self._crew is None:
+            self._crew = new_crew()
+        return self._crew
+
+    def metrics(self, address: str | None) -> Any:
+        """Return what serves figures at an address, which stays for the frames to come."""
+        if address is None:
+            return None
+        if self._metrics is None or self._metrics[0] != address:
+            # The address may be the same by another name.
+            self._metrics = None
+            server = serve_metrics(address)
+            self._metrics = (address, server)
+            print(f"kilauea: figures at http://{server.address}/metrics", file=sys.stderr)
+        return self._metrics[1]
+
 
 def render(
     args: argparse.Namespace, stage: Any, made: Made | None = None, begun: float = 0.0
@@ -71,50 +100,76 @@ def render(
     -------
     The exit code: 0, or that of a time limit before one full pass.
     """
+    _check_workers(args)
+    files = _Files.of(args, stage)
+    is_last = made is None and len(files.frames) == 1
     made = made or Made()
-    cluster = _ray_workers(args)
-    try:
-        return _render(args, stage, made, begun, cluster)
-    finally:
-        if cluster is not None:
-            cluster.close()
+    # After the last frame nobody needs them.
+    crew = None if args.workers is None or is_last else made.crew()
+    with ExitStack() as until_done:
+        cluster = None
+        if args.cluster is not None:
+            from kilauea.ray_workers import RayWorkers
+
+            cluster = until_done.enter_context(closing(RayWorkers(args.cluster)))
+        return _render(args, stage, made, begun, files, crew, cluster)
 
 
-def _ray_workers(args: argparse.Namespace) -> RayWorkers | None:
+@dataclasses.dataclass(frozen=True, slots=True)
+class _Files:
+    """Frames, and what each is written to."""
+
+    frames: list[float]
+    outputs: list[list[str]]
+    stats: list[str | None]
+
+    @classmethod
+    def of(cls, args: argparse.Namespace, stage: Any) -> _Files:
+        """Return those that flags ask for, once it is known that they can be written."""
+        frames = request.frames(args, stage.start_time)
+        return cls(frames, *request.output_files(args, stage, frames))
+
+
+def _check_workers(args: argparse.Namespace) -> None:
+    """Refuse flags about workers that do not go together."""
     if args.workers is None and args.cluster is None and args.resume:
         raise UsageError("--resume goes on from what workers left: it needs --workers or --cluster")
     if args.workers is not None and args.cluster is not None:
         raise UsageError("--workers are of this machine, and --cluster has one on each: not both")
     has_workers = args.workers is not None or args.cluster is not None
+    if args.metrics is not None and not has_workers:
+        raise UsageError("--metrics shows what workers do: it needs --workers or --cluster")
     if has_workers and args.shading not in (None, "inline"):
         raise UsageError(f"workers render with --shading inline, not {args.shading}")
-    if args.cluster is None:
-        return None
-    from kilauea.ray_workers import RayWorkers
-
-    return RayWorkers(args.cluster)
 
 
 def _render(
-    args: argparse.Namespace, stage: Any, made: Made, begun: float, cluster: RayWorkers | None
+    args: argparse.Namespace,
+    stage: Any,
+    made: Made,
+    begun: float,
+    files: _Files,
+    crew: Any,
+    cluster: RayWorkers | None,
 ) -> int:
     settings = request.engine_settings(args)
     max_level = subdivision_level(args.complexity)
     verbosity, letters = request.verbosity(args.verbose)
-    frames = request.frames(args, stage.start_time)
-    outputs, stats_files = request.output_files(args, stage, frames)
+    metrics = made.metrics(args.metrics)
     code = 0
     loaded_from = begun
-    for frame_time, files, stats_file in zip(frames, outputs, stats_files, strict=True):
+    for frame_time, outputs, stats_file in zip(
+        files.frames, files.outputs, files.stats, strict=True
+    ):
         frame = made.frame(
             stage, dataclasses.replace(request.flatten_options(args), time=frame_time)
         )
         load_secs = process_age() - loaded_from
         request.report(frame, args.strict, verbosity)
-        if args.timelimit is not None and frame_time != frames[0]:
+        if args.timelimit is not None and frame_time != files.frames[0]:
             _refuse_late_start(args.timelimit + begun, frame_time)
         options = RenderOptions(
-            outputs=files,
+            outputs=outputs,
             settings=settings,
             max_subdivision_level=max_level,
             time_limit=args.timelimit,
@@ -126,13 +181,15 @@ def _render(
             alfred="a" in letters,
             workers=args.workers,
             cluster=cluster,
+            crew=crew,
+            metrics=metrics,
             resume=args.resume,
         )
         stats = render_frame(frame, options, made.scene)
         said = {*frame.warnings, *frame.notes}
         request.print_warnings([w for w in stats["warnings"] if w not in said], verbosity)
         if verbosity >= 1:
-            print(summary(stats, files), flush=True)
+            print(summary(stats, outputs), flush=True)
         if args.timelimit is not None and not stats.get("full_passes", 1):
             line = "the time limit came before one full pass; wrote what there was"
             print(f"kilauea: error: {line}", file=sys.stderr)

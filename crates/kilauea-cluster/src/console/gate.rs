@@ -54,6 +54,7 @@ pub(super) struct Gate {
 /// What every worker gets first.
 pub(super) struct Payload {
     pub(super) start: Start,
+    pub(super) camera: Vec<u8>,
     pub(super) scene: Vec<u8>,
     /// When the frame began.
     pub(super) begun: Instant,
@@ -126,6 +127,7 @@ impl Gate {
             receive_worker(&mut link, &self.token, self.session, scene_hash, &mut admit).await;
         let Ok(hello) = received else { return };
         let epoch = hello.epoch;
+        let has_scene = hello.scene_hash == Some(scene_hash);
         let (outbox, frames) = mpsc::channel(MAX_FRAMES_WAITING);
         let Link { reader, writer } = link;
         let payload = Arc::clone(&self.payload);
@@ -135,16 +137,17 @@ impl Gate {
             .await
             .is_ok()
         {
-            tokio::spawn(send(writer, payload, frames, epoch));
+            tokio::spawn(send(writer, payload, has_scene, frames, epoch));
             tokio::spawn(receive_frames(reader, self.events.clone(), epoch));
         }
     }
 }
 
-/// Sends the scene, then what the console has to say. Ends where the link does, which the reader sees.
+/// Sends the scene to a worker that has it not, then what the console has to say. Ends where the link does, which the reader sees.
 async fn send(
     mut writer: FrameWriter,
     payload: Arc<Payload>,
+    has_scene: bool,
     mut frames: mpsc::Receiver<Frame>,
     epoch: u32,
 ) -> Result<(), FrameError> {
@@ -153,9 +156,11 @@ async fn send(
         .settings
         .time_limit_secs
         .map(|limit| (limit - payload.begun.elapsed().as_secs_f64()).max(LEAST_SECS));
-    writer.write(&start.frame(epoch, &[])).await?;
-    let n_pieces = payload.scene.len().div_ceil(PIECE_BYTES);
-    for (i, piece) in payload.scene.chunks(PIECE_BYTES).enumerate() {
+    let scene: &[u8] = if has_scene { &[] } else { &payload.scene };
+    start.n_scene_bytes = scene.len() as u64;
+    writer.write(&start.frame(epoch, &payload.camera)).await?;
+    let n_pieces = scene.len().div_ceil(PIECE_BYTES);
+    for (i, piece) in scene.chunks(PIECE_BYTES).enumerate() {
         let mut frame = SceneBytes.frame(epoch, piece);
         frame.is_last = i + 1 == n_pieces;
         writer.write(&frame).await?;

@@ -1,5 +1,8 @@
 //! What workers say, and what comes of it.
 
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
 use kilauea_render::TileResult;
 use tokio::sync::mpsc;
 
@@ -51,6 +54,8 @@ impl Console {
             Event::Said { epoch, frame } => {
                 // What the dead say is not heard.
                 let Some(peer) = self.peers.get_mut(&epoch).filter(|_| frame.epoch == epoch) else {
+                    let stale = &self.gate.traffic.stale_messages;
+                    stale.fetch_add(1, Ordering::Relaxed);
                     return Ok(());
                 };
                 peer.last_heard = now;
@@ -72,12 +77,13 @@ impl Console {
     }
 
     fn hear(&mut self, epoch: u32, said: Said<'_>, frame: &Frame) -> Result<(), ClusterError> {
+        let now = self.now();
         let Some(peer) = self.peers.get_mut(&epoch) else {
             return Ok(());
         };
         match said {
             Said::Alive(beat) => peer.stats.peak_rss = beat.peak_rss,
-            Said::Ready(ready) => peer.begin(ready.n_threads),
+            Said::Ready(ready) => peer.begin(ready.n_threads, now),
             Said::Done(done, sums) => self.take_result(epoch, frame, done, sums)?,
             Said::Refused(refused) => self.replace(epoch, &refused.reason)?,
             Said::Report(report) => {
@@ -96,6 +102,7 @@ impl Console {
         done: UnitDone,
         sums: &[u8],
     ) -> Result<(), ClusterError> {
+        let now = self.now();
         let Some(peer) = self.peers.get_mut(&epoch) else {
             return Ok(());
         };
@@ -114,6 +121,7 @@ impl Console {
             Verdict::First => {
                 peer.stats.units += 1;
                 peer.stats.rays += result.tally.n_rays();
+                peer.stats.working_secs = now.saturating_sub(peer.ready_at).as_secs_f64();
                 if let Err(error) = self.frame.put(result) {
                     return Err(ClusterError::Failed(format!(
                         "worker {}: {error}",
@@ -141,8 +149,9 @@ impl Console {
 
 impl Peer {
     /// It has prepared the scene.
-    fn begin(&mut self, n_threads: u32) {
+    fn begin(&mut self, n_threads: u32, now: Duration) {
         self.stats.threads = n_threads;
+        self.ready_at = now;
         if let Stage::Preparing(outbox) = &self.stage {
             self.stage = Stage::Working(outbox.clone());
         }

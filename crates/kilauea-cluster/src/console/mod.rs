@@ -8,6 +8,7 @@ mod results;
 mod roster;
 #[cfg(test)]
 mod tests;
+mod watch;
 
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
@@ -29,14 +30,17 @@ use crate::link::Traffic;
 use crate::options::{ClusterOptions, WorkerKind};
 use crate::plan::Plan;
 use crate::protocol::{Finish, Frame, Lease, LeaseStart, Manifest, Message, PassesOver, Start};
-use crate::scene::scene_to_bytes;
+use crate::scene::{camera_to_bytes, scene_to_bytes};
+use crate::snapshot::UnitCounts;
 use crate::stats::{NetworkStats, WorkerStats};
 use crate::ticket::{Ticket, Token, random_u64};
 use crate::tls::Authority;
 use crate::worker::HEARTBEAT;
 use gate::{Event, Expected, Gate, Payload};
+pub(crate) use launch::WorkerProcess;
 use peer::{Peer, Stage};
-use results::{restore, settings_hash};
+pub(crate) use results::restore;
+use results::settings_hash;
 
 /// Events that wait to be handled.
 const MAX_EVENTS: usize = 256;
@@ -57,6 +61,8 @@ pub struct ClusterResult {
     pub workers: Vec<WorkerStats>,
     /// What went over links.
     pub network: NetworkStats,
+    /// What became of units.
+    pub units: UnitCounts,
     /// Where the results of a whole frame are kept: to be removed once nobody needs them.
     pub journal: Option<Journal>,
 }
@@ -105,12 +111,13 @@ impl Console {
         let n_threads = options.n_workers.saturating_mul(n_threads);
         let plan = Plan::new(&frame, settings, n_threads);
         let mut ledger = Ledger::new(plan, options.patience);
+        let camera = camera_to_bytes(&scene.camera);
         let scene = scene_to_bytes(scene);
         let scene_hash = *blake3::hash(&scene).as_bytes();
         let manifest = Manifest {
             build_hash: build_hash(),
             scene_hash,
-            settings_hash: settings_hash(settings),
+            settings_hash: settings_hash(settings, &camera),
         };
         let restore = |kept: &Frame| restore(&mut frame, &mut ledger, kept);
         let journal = options.journal.as_ref();
@@ -136,6 +143,7 @@ impl Console {
                 traffic: Arc::new(Traffic::default()),
                 payload: Arc::new(Payload {
                     start,
+                    camera,
                     scene,
                     begun,
                 }),
@@ -167,6 +175,7 @@ impl Console {
             self.lend_all(status).await?;
             self.finish().await?;
         }
+        status.show(self.snapshot());
         Ok(self.into_result())
     }
 
@@ -194,13 +203,21 @@ impl Console {
         while !self.is_over(status) {
             tokio::select! {
                 Some(event) = self.events.recv() => self.handle(event)?,
-                _ = ticks.tick() => self.tick()?,
+                _ = ticks.tick() => {
+                    self.tick()?;
+                    status.show(self.snapshot());
+                }
                 () = status.cancelled() => {}
             }
             if !self.is_late() {
                 self.lend()?;
             }
             self.tell_passes_over();
+            for _ in 0..status.take_added() {
+                let rank = self.options.n_workers;
+                self.options.n_workers += 1;
+                self.start_worker(rank, 0)?;
+            }
             for (epoch, reason) in status.take_ended() {
                 self.replace(epoch, &reason)?;
             }
@@ -262,7 +279,7 @@ impl Console {
         let now = self.now();
         let mut stuck = Vec::new();
         for (&epoch, peer) in &mut self.peers {
-            while peer.is_free(now) {
+            while peer.is_free(now, self.options.suspect_after) {
                 let Some(grant) = self.ledger.lend(peer.holder, now) else {
                     break;
                 };
@@ -301,6 +318,7 @@ impl Console {
     }
 
     fn into_result(mut self) -> ClusterResult {
+        self.dismiss();
         self.reports.sort_by_key(|(holder, _)| holder.rank);
         let render_secs = self.now().as_secs_f64();
         let mut report = self
@@ -322,6 +340,7 @@ impl Console {
             frame,
             workers,
             network: NetworkStats::from(&*self.gate.traffic),
+            units: self.ledger.counts(),
         }
     }
 }

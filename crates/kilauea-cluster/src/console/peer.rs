@@ -9,8 +9,6 @@ use crate::ledger::Holder;
 use crate::protocol::Frame;
 use crate::stats::WorkerStats;
 
-/// A worker that says nothing for so long gets no more units until it does.
-const SUSPECT: Duration = Duration::from_secs(1);
 /// Time for a worker's process to start and to join.
 const JOIN: Duration = Duration::from_mins(1);
 
@@ -19,6 +17,8 @@ pub(super) struct Peer {
     pub(super) holder: Holder,
     pub(super) stage: Stage,
     pub(super) last_heard: Duration,
+    /// When it could render.
+    pub(super) ready_at: Duration,
     /// Units that it holds.
     pub(super) n_leases: u32,
     /// Passes that it knows to be over.
@@ -52,10 +52,10 @@ impl Peer {
 
     /// Whether it may get another unit: one for each thread, and one that waits for the first thread
     /// to be free.
-    pub(super) fn is_free(&self, now: Duration) -> bool {
+    pub(super) fn is_free(&self, now: Duration, suspect_after: Duration) -> bool {
         matches!(self.stage, Stage::Working(_))
             && self.n_leases <= self.stats.threads
-            && now.saturating_sub(self.last_heard) < SUSPECT
+            && now.saturating_sub(self.last_heard) < suspect_after
     }
 
     /// Why it is lost, if it is. One that has joined and says nothing is dead after a time.

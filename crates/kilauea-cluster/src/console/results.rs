@@ -18,8 +18,8 @@ pub(super) fn digest(result: &TileResult) -> Digest {
     *blake3::hash(&said.body).as_bytes()
 }
 
-/// Of all settings that the image depends on: not how many threads there are.
-pub(super) fn settings_hash(settings: &RenderSettings) -> Digest {
+/// Of all settings that the image depends on, and of the camera: not how many threads there are.
+pub(super) fn settings_hash(settings: &RenderSettings, camera: &[u8]) -> Digest {
     let settings = RenderSettings {
         threads: 0,
         texture_memory_bytes: 0,
@@ -31,11 +31,11 @@ pub(super) fn settings_hash(settings: &RenderSettings) -> Digest {
         n_scene_bytes: 0,
         scene_hash: [0; 32],
     };
-    *blake3::hash(&start.frame(0, &[]).body).as_bytes()
+    *blake3::hash(&start.frame(0, camera).body).as_bytes()
 }
 
 /// Puts a result of an earlier run into the frame; whether it follows on what is there.
-pub(super) fn restore(frame: &mut CollectedFrame, ledger: &mut Ledger, kept: &Frame) -> bool {
+pub(crate) fn restore(frame: &mut CollectedFrame, ledger: &mut Ledger, kept: &Frame) -> bool {
     let Ok((UnitDone { unit, tally, .. }, sums)) = UnitDone::read(kept) else {
         return false;
     };

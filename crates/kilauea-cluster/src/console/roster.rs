@@ -1,15 +1,18 @@
 //! Who works: starts workers, finds out who is dead, and replaces them.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use kilauea_render::peak_rss_bytes;
 
 use super::Console;
-use super::launch::{Launched, launch};
+use super::launch::{Launched, WorkerProcess, launch};
 use super::peer::{Peer, Stage};
+use crate::crew::Fit;
 use crate::error::ClusterError;
 use crate::ledger::Holder;
 use crate::link::Link;
+use crate::options::WorkerKind;
 use crate::protocol::{Heartbeat, Message};
 use crate::stats::WorkerStats;
 use crate::ticket::Ticket;
@@ -36,7 +39,8 @@ impl Console {
             incarnation,
             ..WorkerStats::default()
         };
-        let process = match launch(&self.options.kind, &ticket)? {
+        let idle = self.take_idle();
+        let process = match launch(&self.options.kind, &ticket, idle)? {
             Launched::Process(process) => {
                 stats.pid = process.pid();
                 Some(process)
@@ -57,6 +61,7 @@ impl Console {
             holder: Holder { rank, epoch },
             stage: Stage::Starting,
             last_heard: self.now(),
+            ready_at: Duration::ZERO,
             n_leases: 0,
             n_passes_over: 0,
             stats,
@@ -64,6 +69,36 @@ impl Console {
         };
         self.peers.insert(epoch, peer);
         Ok(())
+    }
+
+    /// A worker of an earlier frame, if there is one that fits.
+    fn take_idle(&self) -> Option<WorkerProcess> {
+        self.options.crew.as_ref()?.take(&self.fit()?)
+    }
+
+    /// Lets those who have reported go, into the crew if there is one.
+    pub(super) fn dismiss(&mut self) {
+        let (Some(crew), Some(fit)) = (&self.options.crew, self.fit()) else {
+            return;
+        };
+        let finished = self.peers.values_mut();
+        let finished = finished.filter(|peer| matches!(peer.stage, Stage::Finished));
+        let processes = finished.filter_map(|peer| peer.process.take());
+        crew.keep(processes, &fit);
+    }
+
+    /// What an idle worker must be like; none where workers are no processes of ours.
+    fn fit(&self) -> Option<Fit> {
+        let WorkerKind::Processes { program, arguments } = &self.options.kind else {
+            return None;
+        };
+        let start = &self.gate.payload.start;
+        Some(Fit {
+            program: program.clone(),
+            arguments: arguments.clone(),
+            specialize_rays: start.specialize_rays,
+            texture_memory_bytes: start.settings.texture_memory_bytes,
+        })
     }
 
     /// Says that the console is alive and finds out who is not.

@@ -8,7 +8,8 @@ use kilauea_tests::Stage;
 use tokio::sync::mpsc::{self, Receiver};
 
 use super::*;
-use crate::protocol::{Failed, Ready, UnitDone, UnitRefused};
+use crate::protocol::{Failed, Heartbeat, Ready, UnitDone, UnitRefused};
+use crate::snapshot::WorkerState;
 
 /// A console of a frame of two tiles, which starts nobody, and one that it believes to be a worker
 /// for each epoch of `epochs`.
@@ -36,6 +37,7 @@ fn console<const N: usize>(
             holder: Holder { rank, epoch },
             stage: peer::Stage::Preparing(outbox),
             last_heard: Duration::ZERO,
+            ready_at: Duration::ZERO,
             n_leases: 0,
             n_passes_over: 0,
             stats: WorkerStats {
@@ -182,6 +184,25 @@ fn silence_is_death_unless_the_console_slept_too() {
     console.with_silence(Duration::from_millis(2100));
     let error = console.tick().unwrap_err();
     assert!(error.to_string().contains("said nothing"), "{error}");
+}
+
+#[test]
+fn suspects_get_no_units_until_they_speak() {
+    let (mut console, [mut only]) = console([1], Duration::from_mins(1));
+    let silence = Duration::from_millis(1500);
+    console.begun = console.begun.checked_sub(silence).unwrap();
+    console.lend().unwrap();
+    assert!(lent(&mut only).is_empty());
+    let state = |console: &Console| console.snapshot().workers[0].state;
+    assert_eq!(state(&console), WorkerState::Suspect);
+    assert_eq!(console.snapshot().laggards(0.5), [0]);
+    say(&mut console, 1, &Heartbeat { peak_rss: 5 }, &[]);
+    console.lend().unwrap();
+    assert_eq!(lent(&mut only).len(), 2);
+    let snapshot = console.snapshot();
+    assert_eq!(state(&console), WorkerState::Working);
+    assert_eq!(snapshot.workers[0].stats.peak_rss, 5);
+    assert_eq!((snapshot.units.n_units, snapshot.units.n_held), (2, 2));
 }
 
 impl Console {

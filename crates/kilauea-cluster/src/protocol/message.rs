@@ -74,7 +74,7 @@ pub struct Hello {
     pub build_hash: u64,
     /// Whether numbers lie in memory as they do on the wire.
     pub is_little_endian: bool,
-    /// Of the scene that one has; none before it came.
+    /// Of the scene that one has: of the console, or of a worker's last frame.
     pub scene_hash: Option<[u8; 32]>,
     /// The session.
     pub session: u64,
@@ -104,14 +104,14 @@ pub struct Heartbeat {
     pub peak_rss: u64,
 }
 
-/// What is to be rendered.
+/// What is to be rendered; the bulk data is the camera, which is not in the scene's bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Start {
     /// As for a process that renders alone; threads are those of one worker.
     pub settings: RenderSettings,
     /// Whether rays skip the code for what the scene does not have.
     pub specialize_rays: bool,
-    /// Bytes of the scene, which follows in pieces.
+    /// Bytes of the scene, which follows in pieces; 0 where the worker has it.
     pub n_scene_bytes: u64,
     /// BLAKE3 of those bytes.
     pub scene_hash: [u8; 32],

@@ -1,6 +1,6 @@
 //! A scene as bytes: records with their names (MessagePack), and the arrays as they lie in memory.
 //!
-//! Images are not in it: tile files are read by their paths, so that all processes must see the same
+//! The camera is not in it, so that the same scene seen from elsewhere is the same bytes, nor are images: tile files are read by their paths, so that all processes must see the same
 //! files.
 
 mod error;
@@ -27,7 +27,6 @@ struct RecordsRef<'a> {
     materials: &'a [Material],
     textures: &'a [TextureSource],
     lights: &'a [Light],
-    camera: &'a Camera,
 }
 
 #[derive(Deserialize)]
@@ -38,10 +37,19 @@ struct Records {
     materials: Vec<Material>,
     textures: Vec<TextureSource>,
     lights: Vec<Light>,
-    camera: Camera,
 }
 
-/// The bytes of a scene.
+/// The bytes of a camera: a record with its names.
+pub(crate) fn camera_to_bytes(camera: &Camera) -> Vec<u8> {
+    rmp_serde::to_vec_named(camera).expect("a camera can be written")
+}
+
+/// The camera of bytes that [`camera_to_bytes`] wrote.
+pub(crate) fn camera_from_bytes(bytes: &[u8]) -> Result<Camera, SceneBytesError> {
+    Ok(rmp_serde::from_slice(bytes)?)
+}
+
+/// The bytes of a scene, apart from its camera.
 pub fn scene_to_bytes(scene: &Scene) -> Vec<u8> {
     let records = RecordsRef {
         origin_world: scene.origin_world,
@@ -49,7 +57,6 @@ pub fn scene_to_bytes(scene: &Scene) -> Vec<u8> {
         materials: &scene.materials,
         textures: &scene.textures,
         lights: &scene.lights,
-        camera: &scene.camera,
     };
     let mut writer = SceneWriter::with_capacity(scene.n_bytes());
     let records = rmp_serde::to_vec_named(&records).expect("records of a scene can be written");
@@ -58,7 +65,7 @@ pub fn scene_to_bytes(scene: &Scene) -> Vec<u8> {
     writer.into_bytes()
 }
 
-/// The scene of bytes that [`scene_to_bytes`] wrote. Nothing is allocated for what bytes promise and
+/// The scene of bytes that [`scene_to_bytes`] wrote, with a camera that stands for none. Nothing is allocated for what bytes promise and
 /// do not have; whether indices are inside their arrays is for [`Scene::validate`] to find out.
 pub fn scene_from_bytes(bytes: &[u8]) -> Result<Scene, SceneBytesError> {
     let mut reader = SceneReader::new(bytes);
@@ -71,7 +78,7 @@ pub fn scene_from_bytes(bytes: &[u8]) -> Result<Scene, SceneBytesError> {
         materials: records.materials,
         textures: records.textures,
         lights: records.lights,
-        camera: records.camera,
+        camera: Camera::default(),
     };
     reader.finish()?;
     Ok(scene)

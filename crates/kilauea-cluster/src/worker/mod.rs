@@ -1,5 +1,6 @@
 //! A worker: gets a scene once, renders the units that it is lent, and ends with its console.
 
+mod held;
 mod leases;
 
 use std::io::{self, BufRead};
@@ -8,7 +9,8 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use kilauea_render::{PrepareOptions, PreparedScene, RenderJob, peak_rss_bytes};
+use kilauea_render::{PrepareOptions, RenderJob, peak_rss_bytes};
+use kilauea_scene::Camera;
 use tokio::net::TcpStream;
 use tokio::sync::mpsc;
 use tokio::time::{interval, timeout};
@@ -19,8 +21,9 @@ use crate::protocol::{
     Failed, Finish, Frame, FrameError, FrameKind, Heartbeat, Lease, Message, PassesOver, Ready,
     Report, SceneBytes, Start,
 };
-use crate::scene::{SceneBytesError, scene_from_bytes};
+use crate::scene::{SceneBytesError, camera_from_bytes};
 use crate::ticket::Ticket;
+use held::Held;
 use leases::Leases;
 
 /// How often both sides say that they are alive.
@@ -67,27 +70,49 @@ pub enum WorkerError {
     Io(#[from] io::Error),
 }
 
-/// Works for the console that the ticket on the standard input names, until there is nothing to do.
+/// A render node. It keeps the scene of its last frame, so that the next one need not be sent it
+/// again.
+#[derive(Default)]
+pub struct Worker {
+    held: Option<Held>,
+}
+
+impl Worker {
+    /// Works for the console that a ticket names, until there is nothing to do.
+    pub fn work_for(&mut self, ticket: &Ticket) -> Result<(), WorkerError> {
+        let held = self.held.take();
+        self.held = runtime()?.block_on(async {
+            let link = connect(ticket)
+                .await
+                .map_err(|error| WorkerError::Connect {
+                    address: ticket.address.clone(),
+                    error,
+                })?;
+            work(link, ticket, held).await
+        })?;
+        Ok(())
+    }
+}
+
+/// Works for the consoles that the tickets on the standard input name, a line each, one after the
+/// other until the input ends.
 pub fn run_worker() -> Result<(), WorkerError> {
-    let mut line = String::new();
-    io::stdin().lock().read_line(&mut line)?;
-    let ticket: Ticket =
-        serde_json::from_str(&line).map_err(|error| WorkerError::Ticket(error.to_string()))?;
-    run_worker_for(&ticket)
+    let mut worker = Worker::default();
+    let mut lines = io::stdin().lock().lines();
+    let none = || Err(io::ErrorKind::UnexpectedEof.into());
+    let mut next = Some(lines.next().unwrap_or_else(none));
+    while let Some(line) = next {
+        let ticket: Ticket =
+            serde_json::from_str(&line?).map_err(|error| WorkerError::Ticket(error.to_string()))?;
+        worker.work_for(&ticket)?;
+        next = lines.next();
+    }
+    Ok(())
 }
 
 /// Works for the console that a ticket names, until there is nothing to do.
 pub fn run_worker_for(ticket: &Ticket) -> Result<(), WorkerError> {
-    let runtime = runtime()?;
-    runtime.block_on(async {
-        let link = connect(ticket)
-            .await
-            .map_err(|error| WorkerError::Connect {
-                address: ticket.address.clone(),
-                error,
-            })?;
-        work(link, ticket).await
-    })
+    Worker::default().work_for(ticket)
 }
 
 async fn connect(ticket: &Ticket) -> io::Result<Link> {
@@ -101,13 +126,19 @@ async fn connect(ticket: &Ticket) -> io::Result<Link> {
     Link::over_tls(stream, ticket.session, traffic)
 }
 
-/// Works at one end of a link.
-pub(crate) async fn work(mut link: Link, ticket: &Ticket) -> Result<(), WorkerError> {
-    let scene_hash = join_console(&mut link, ticket).await?;
+/// Works at one end of a link, with the scene that is held or the one that is sent; gives back the
+/// scene that it then has.
+pub(crate) async fn work(
+    mut link: Link,
+    ticket: &Ticket,
+    held: Option<Held>,
+) -> Result<Option<Held>, WorkerError> {
+    let held_hash = held.as_ref().map(Held::scene_hash);
+    let scene_hash = join_console(&mut link, ticket, held_hash).await?;
     let Link { mut reader, writer } = link;
     let (outbox, frames) = mpsc::channel(MAX_FRAMES_WAITING);
     let sender = tokio::spawn(send_frames(writer, frames, ticket.epoch));
-    let (start, scene) = receive_scene(&mut reader, scene_hash).await?;
+    let order = receive_order(&mut reader, scene_hash).await?;
     let leases = Arc::new(Leases::new(outbox.clone(), ticket.epoch));
     let engine = Engine {
         leases: Arc::clone(&leases),
@@ -115,14 +146,16 @@ pub(crate) async fn work(mut link: Link, ticket: &Ticket) -> Result<(), WorkerEr
         epoch: ticket.epoch,
         begun: Instant::now(),
     };
-    thread::Builder::new()
+    let engine = thread::Builder::new()
         .name("worker".into())
-        .spawn(move || engine.render(&start, scene))?;
+        .spawn(move || engine.render(order, held))?;
     let outcome = take_orders(&mut reader, &leases).await;
     // Ends the engine, and with it the frames that wait to be sent.
     leases.close();
     sender.abort();
-    outcome
+    outcome?;
+    // One that panicked has said so, and holds nothing.
+    Ok(engine.join().unwrap_or_default())
 }
 
 /// A runtime that does nothing but wait for bytes and times.
@@ -132,11 +165,28 @@ pub(crate) fn runtime() -> io::Result<tokio::runtime::Runtime> {
         .build()
 }
 
-async fn receive_scene(
+/// What is to be rendered.
+struct Order {
+    start: Start,
+    camera: Camera,
+    /// None where this worker has it.
+    scene: Option<Vec<u8>>,
+}
+
+async fn receive_order(
     reader: &mut FrameReader,
     scene_hash: [u8; 32],
-) -> Result<(Start, Vec<u8>), WorkerError> {
-    let (start, _) = Start::read(&reader.read().await?)?;
+) -> Result<Order, WorkerError> {
+    let frame = reader.read().await?;
+    let (start, camera) = Start::read(&frame)?;
+    let mut order = Order {
+        camera: camera_from_bytes(camera)?,
+        start,
+        scene: None,
+    };
+    if order.start.n_scene_bytes == 0 {
+        return Ok(order);
+    }
     let mut scene = Vec::new();
     let mut hasher = blake3::Hasher::new();
     loop {
@@ -148,14 +198,13 @@ async fn receive_scene(
         scene.extend_from_slice(piece);
         // Piece by piece, so that heartbeats are sent meanwhile.
         hasher.update(piece);
-        if scene.len() as u64 > start.n_scene_bytes {
+        if scene.len() as u64 > order.start.n_scene_bytes {
             return Err(WorkerError::SceneHash);
         }
         if frame.is_last {
             let is_whole = *hasher.finalize().as_bytes() == scene_hash;
-            return is_whole
-                .then_some((start, scene))
-                .ok_or(WorkerError::SceneHash);
+            order.scene = Some(scene);
+            return is_whole.then_some(order).ok_or(WorkerError::SceneHash);
         }
     }
 }
@@ -221,29 +270,41 @@ struct Engine {
 }
 
 impl Engine {
-    fn render(self, start: &Start, scene: Vec<u8>) {
-        let rendered = catch_unwind(AssertUnwindSafe(|| self.render_units(start, scene)));
-        let said = match rendered {
-            Ok(Ok(report)) => report.frame(self.epoch, &[]),
-            Ok(Err(reason)) => Failed { reason }.frame(self.epoch, &[]),
+    fn render(self, order: Order, held: Option<Held>) -> Option<Held> {
+        let rendered = catch_unwind(AssertUnwindSafe(|| self.render_units(order, held)));
+        let (said, held) = match rendered {
+            Ok(Ok((report, held))) => (report.frame(self.epoch, &[]), Some(held)),
+            Ok(Err(reason)) => (Failed { reason }.frame(self.epoch, &[]), None),
             Err(_) => {
                 let reason = "internal error: a worker panicked; its message is on stderr".into();
-                Failed { reason }.frame(self.epoch, &[])
+                (Failed { reason }.frame(self.epoch, &[]), None)
             }
         };
         // Where nobody takes it any more, nobody waits for it.
         let _ = self.outbox.blocking_send(said);
+        held
     }
 
-    fn render_units(&self, start: &Start, scene: Vec<u8>) -> Result<Report, String> {
-        let mut settings = start.settings.clone();
+    fn render_units(&self, order: Order, held: Option<Held>) -> Result<(Report, Held), String> {
+        let Order {
+            start,
+            camera,
+            scene,
+        } = order;
+        let mut settings = start.settings;
         let options = PrepareOptions {
             texture_memory_bytes: settings.texture_memory_bytes,
             specialize_rays: start.specialize_rays,
         };
-        let parsed = scene_from_bytes(&scene).map_err(|error| error.to_string())?;
-        drop(scene);
-        let prepared = PreparedScene::new(parsed, &options).map_err(|error| error.to_string())?;
+        let mut held = match (scene, held) {
+            (Some(bytes), held) => {
+                drop(held);
+                Held::prepare(bytes, start.scene_hash, options)
+            }
+            (None, Some(held)) => held.again(options),
+            (None, None) => Err("a worker was sent no scene and has none".into()),
+        }?;
+        held.set_camera(camera)?;
         let n_threads = settings.threads;
         let preparing_secs = self.begun.elapsed().as_secs_f64();
         let limit = &mut settings.time_limit_secs;
@@ -253,11 +314,11 @@ impl Engine {
             .blocking_send(ready)
             .map_err(|error| error.to_string())?;
         let source = Arc::clone(&self.leases);
-        let job = RenderJob::start_units(Arc::new(prepared), settings, source)
+        let job = RenderJob::start_units(Arc::clone(&held.prepared), settings, source)
             .map_err(|error| error.to_string())?;
         let result = job.finish().map_err(|error| error.to_string())?;
         let mut stats = result.stats;
         stats.warnings.truncate(MAX_WARNINGS);
-        Ok(Report { stats })
+        Ok((Report { stats }, held))
     }
 }

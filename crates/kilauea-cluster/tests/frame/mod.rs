@@ -1,6 +1,8 @@
 //! A small frame with everything that workers may disagree about, rendered alone and by workers.
 #![allow(dead_code, reason = "each test uses a part")]
 
+pub(crate) mod elsewhere;
+
 use std::path::PathBuf;
 use std::time::Duration;
 

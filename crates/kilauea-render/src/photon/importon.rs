@@ -80,7 +80,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     let [columns, rows] = request.resolution.map(|n| n.div_ceil(request.block.max(1)));
     let n_blocks = columns.saturating_mul(rows);
     let tables = SamplerTables::new(n_blocks, request.max_depth, request.seed ^ IMPORTON_SEED);
-    let camera = RayGenerator::new(&scene.camera, request.resolution, scene.origin_world);
+    let camera = RayGenerator::new(&prepared.camera, request.resolution, scene.origin_world);
     let center = Vec2::new(request.resolution[0] as f32, request.resolution[1] as f32) / 2.0;
     let ray = camera.ray(center, Vec2::splat(0.5), 0.0).ray;
     let blame = Blame::default();

@@ -8,6 +8,7 @@ mod ask;
 mod boxes;
 mod carried_wire;
 mod cut;
+pub mod fuzzing;
 mod member;
 mod owners;
 mod server;
