@@ -68,7 +68,12 @@ def test_workers_render_the_same_pixels(tmp_path, flags):
     flags = [*flags, "-p", 8]
     alone, stats = render(tmp_path / "alone.exr", *flags)
     assert stats["workers"] == []
-    assert stats["network"] == {"bytes_sent": 0, "bytes_received": 0, "messages": 0, "stale_messages": 0}
+    assert stats["network"] == {
+        "bytes_sent": 0,
+        "bytes_received": 0,
+        "messages": 0,
+        "stale_messages": 0,
+    }
     for n_workers in (1, 2):
         shared, stats = render(tmp_path / "shared.exr", *flags, "--workers", n_workers)
         np.testing.assert_array_equal(alone, shared)

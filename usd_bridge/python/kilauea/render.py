@@ -230,7 +230,8 @@ def wait(job: Any, progress: Progress, cluster: RayWorkers | None = None) -> Non
         while not job.wait(_POLL_SECS):
             if cluster is not None:
                 cluster.serve(job)
-            progress.update(*job.progress(), job.laggards())
+            fraction, seconds_left = job.progress()
+            progress.update(fraction, seconds_left, job.laggards())
     except KeyboardInterrupt:
         progress.close()
         interrupt.cancel(job)
@@ -252,5 +253,7 @@ def _complete(
     # One process, which traced no photons.
     stats.setdefault("photons", {"emitted": 0, "stored": 0})
     stats.setdefault("workers", [])
-    stats.setdefault("network", {"bytes_sent": 0, "bytes_received": 0, "messages": 0, "stale_messages": 0})
+    stats.setdefault(
+        "network", {"bytes_sent": 0, "bytes_received": 0, "messages": 0, "stale_messages": 0}
+    )
     stats["date"] = time.strftime("%Y-%m-%dT%H:%M:%S%z")
