@@ -1,6 +1,8 @@
 //! Hundreds of frames while workers die, hang, and lose touch: the same pixels each time, and no more
 //! memory at the end than after the first few.
 
+#![allow(clippy::print_stdout, reason = "what a long run shows while it runs")]
+
 mod chaos;
 mod frame;
 

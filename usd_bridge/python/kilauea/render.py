@@ -79,7 +79,7 @@ class RenderOptions:
     metrics: Any = None
     """A `kilauea._native.MetricsServer` that shows the frame."""
     resume: bool = False
-    """Keep what workers have rendered beside the first output, and go on from what is there."""
+    """Go on from what workers had rendered when the same command was killed."""
 
     @property
     def has_workers(self) -> bool:
@@ -195,13 +195,28 @@ def serve_metrics(address: str) -> Any:
         raise KilaueaError(str(error)) from None
 
 
+def _journal(options: RenderOptions) -> str | None:
+    """Return where results are kept until the image is written, so that whoever is killed may go on.
+
+    What is there from before is removed, unless it is to be gone on from. A frame that may be over
+    before it is whole has no journal unless it is asked for, as it would leave it behind.
+    """
+    if not options.outputs or (options.time_limit is not None and not options.resume):
+        return None
+    journal = Path(options.outputs[0] + JOURNAL_SUFFIX)
+    if not options.resume:
+        try:
+            journal.unlink(missing_ok=True)
+        except OSError as error:
+            raise KilaueaError(f"{journal}: {error.strerror}") from None
+    return str(journal)
+
+
 def _sharing(options: RenderOptions) -> list[Any]:
     """Return how the work is shared out, where other processes do it."""
     if not options.has_workers:
         return []
-    sharing: dict[str, Any] = {
-        "journal": options.outputs[0] + JOURNAL_SUFFIX if options.resume else None
-    }
+    sharing: dict[str, Any] = {"journal": _journal(options)}
     if options.cluster is None:
         sharing |= {"n_workers": options.workers, "command": worker.COMMAND}
     else:
