@@ -186,7 +186,7 @@ impl RenderJob {
     fn laggards(&self) -> PyResult<Vec<u32>> {
         self.with_job(|job| match job {
             AnyJob::Threads(_) => Vec::new(),
-            AnyJob::Workers(job) => job.snapshot().laggards(0.5),
+            AnyJob::Workers(job) => job.snapshot().laggards(),
         })
     }
 

@@ -68,7 +68,12 @@ def test_workers_render_the_same_pixels(tmp_path, flags):
     flags = [*flags, "-p", 8]
     alone, stats = render(tmp_path / "alone.exr", *flags)
     assert stats["workers"] == []
-    assert stats["network"] == {"bytes_sent": 0, "bytes_received": 0, "messages": 0, "stale_messages": 0}
+    assert stats["network"] == {
+        "bytes_sent": 0,
+        "bytes_received": 0,
+        "messages": 0,
+        "stale_messages": 0,
+    }
     for n_workers in (1, 2):
         shared, stats = render(tmp_path / "shared.exr", *flags, "--workers", n_workers)
         np.testing.assert_array_equal(alone, shared)
@@ -92,7 +97,7 @@ def test_a_worker_that_is_killed_is_replaced(tmp_path):
 
 
 def test_a_command_that_is_killed_goes_on(tmp_path):
-    flags = ("-p", 256, "--workers", 2, "--resume")
+    flags = ("-p", 256, "--workers", 2)
     out = tmp_path / "out.exr"
     journal = tmp_path / "out.exr.journal"
     alone, alone_stats = render(tmp_path / "alone.exr", "-p", 256)
@@ -105,12 +110,24 @@ def test_a_command_that_is_killed_goes_on(tmp_path):
     wait_for(lambda: not any(is_running(pid) for pid in workers), seconds=10.0)
     assert not out.exists()
 
-    shared, stats = render(out, *flags)
+    shared, stats = render(out, *flags, "--resume")
     np.testing.assert_array_equal(alone, shared)
     assert not journal.exists()
     assert stats["rays"] == alone_stats["rays"]
     traced = sum(worker["rays"] for worker in stats["workers"])
     assert 0 < traced < sum(stats["rays"].values())
+
+
+def test_a_journal_is_gone_on_from_only_where_that_is_asked_for(tmp_path):
+    out = tmp_path / "out.exr"
+    journal = tmp_path / "out.exr.journal"
+    journal.write_bytes(b"of something else")
+    errors = finish(start(out, "-p", 1, "--workers", 1, "--resume"), code=1)
+    assert str(journal) in errors
+    render(out, "-p", 1, "--workers", 1)
+    assert not journal.exists()
+    render(out, "-p", 4096, "--workers", 1, "--timelimit", 3)
+    assert not journal.exists()
 
 
 def is_running(pid):

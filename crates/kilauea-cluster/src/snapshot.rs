@@ -4,6 +4,9 @@ use serde::Serialize;
 
 use crate::stats::{NetworkStats, WorkerStats};
 
+/// Of the mean speed of workers: who is slower holds the others up.
+const SLOW_SHARE: f64 = 0.5;
+
 /// What the console knows of a frame; made four times a second.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Snapshot {
@@ -101,9 +104,9 @@ pub struct WorkerView {
 }
 
 impl Snapshot {
-    /// Workers that hold the frame up: suspects, and those that work at less than `share` of the mean
+    /// Workers that hold the frame up, by rank: suspects, and those that work at less than half the mean
     /// speed of all who work, by rays in a second.
-    pub fn laggards(&self, share: f64) -> Vec<u32> {
+    pub fn laggards(&self) -> Vec<u32> {
         let speed = |worker: &WorkerView| worker.stats.rays as f64 / worker.stats.working_secs;
         let working = || {
             let at_work = |w: &&WorkerView| w.state == WorkerState::Working && w.stats.units > 0;
@@ -111,7 +114,7 @@ impl Snapshot {
         };
         let n_working = working().count();
         let mean = working().map(speed).sum::<f64>() / n_working.max(1) as f64;
-        let is_slow = |worker: &WorkerView| speed(worker) < share * mean;
+        let is_slow = |worker: &WorkerView| speed(worker) < SLOW_SHARE * mean;
         let suspects = (self.workers.iter()).filter(|w| w.state == WorkerState::Suspect);
         let mut ranks: Vec<u32> = suspects
             .chain(working().filter(|worker| is_slow(worker)))
@@ -157,9 +160,9 @@ mod tests {
             ],
             ..Snapshot::default()
         };
-        assert_eq!(snapshot.laggards(0.5), [2, 3]);
+        assert_eq!(snapshot.laggards(), [2, 3]);
         snapshot.workers.truncate(1);
-        assert!(snapshot.laggards(0.5).is_empty());
-        assert!(Snapshot::default().laggards(0.5).is_empty());
+        assert!(snapshot.laggards().is_empty());
+        assert!(Snapshot::default().laggards().is_empty());
     }
 }

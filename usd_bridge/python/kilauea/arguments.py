@@ -121,7 +121,7 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("-j", "--threads", type=int, default=0, help="0 all cores, -1 all but one; of each worker")
     add("--workers", type=positive, metavar="N", help="processes that render, on this machine")
     add("--metrics", metavar="ADDRESS", help="serve figures for Prometheus, as 127.0.0.1:9100")
-    add("--resume", action="store_true", help="keep results, and go on from those kept")
+    add("--resume", action="store_true", help="go on from where workers were when this was killed")
     add(
         "--cluster",
         metavar="ADDRESS",

@@ -40,7 +40,9 @@ class Progress:
         slow = f"slow: {_workers(laggards)}" if laggards else ""
         if self._tty:
             done = "#" * (percent * _BAR_WIDTH // 100)
-            sys.stderr.write(f"\r[{done:-<{_BAR_WIDTH}}] {percent:3d} %  {left:<16}{slow:<{_SLOW_WIDTH}}")
+            sys.stderr.write(
+                f"\r[{done:-<{_BAR_WIDTH}}] {percent:3d} %  {left:<16}{slow:<{_SLOW_WIDTH}}"
+            )
             self._next = now + _REDRAW_SECS
             self._drawn = True
         else:

@@ -79,7 +79,7 @@ class RenderOptions:
     metrics: Any = None
     """A `kilauea._native.MetricsServer` that shows the frame."""
     resume: bool = False
-    """Keep what workers have rendered beside the first output, and go on from what is there."""
+    """Go on from what workers had rendered when the same command was killed."""
 
     @property
     def has_workers(self) -> bool:
@@ -195,13 +195,28 @@ def serve_metrics(address: str) -> Any:
         raise KilaueaError(str(error)) from None
 
 
+def _journal(options: RenderOptions) -> str | None:
+    """Return where results are kept until the image is written, so that whoever is killed may go on.
+
+    What is there from before is removed, unless it is to be gone on from. A frame that may be over
+    before it is whole has no journal unless it is asked for, as it would leave it behind.
+    """
+    if not options.outputs or (options.time_limit is not None and not options.resume):
+        return None
+    journal = Path(options.outputs[0] + JOURNAL_SUFFIX)
+    if not options.resume:
+        try:
+            journal.unlink(missing_ok=True)
+        except OSError as error:
+            raise KilaueaError(f"{journal}: {error.strerror}") from None
+    return str(journal)
+
+
 def _sharing(options: RenderOptions) -> list[Any]:
     """Return how the work is shared out, where other processes do it."""
     if not options.has_workers:
         return []
-    sharing: dict[str, Any] = {
-        "journal": options.outputs[0] + JOURNAL_SUFFIX if options.resume else None
-    }
+    sharing: dict[str, Any] = {"journal": _journal(options)}
     if options.cluster is None:
         sharing |= {"n_workers": options.workers, "command": worker.COMMAND}
     else:
@@ -230,7 +245,8 @@ def wait(job: Any, progress: Progress, cluster: RayWorkers | None = None) -> Non
         while not job.wait(_POLL_SECS):
             if cluster is not None:
                 cluster.serve(job)
-            progress.update(*job.progress(), job.laggards())
+            fraction, seconds_left = job.progress()
+            progress.update(fraction, seconds_left, job.laggards())
     except KeyboardInterrupt:
         progress.close()
         interrupt.cancel(job)
@@ -252,5 +268,7 @@ def _complete(
     # One process, which traced no photons.
     stats.setdefault("photons", {"emitted": 0, "stored": 0})
     stats.setdefault("workers", [])
-    stats.setdefault("network", {"bytes_sent": 0, "bytes_received": 0, "messages": 0, "stale_messages": 0})
+    stats.setdefault(
+        "network", {"bytes_sent": 0, "bytes_received": 0, "messages": 0, "stale_messages": 0}
+    )
     stats["date"] = time.strftime("%Y-%m-%dT%H:%M:%S%z")

@@ -195,7 +195,7 @@ fn suspects_get_no_units_until_they_speak() {
     assert!(lent(&mut only).is_empty());
     let state = |console: &Console| console.snapshot().workers[0].state;
     assert_eq!(state(&console), WorkerState::Suspect);
-    assert_eq!(console.snapshot().laggards(0.5), [0]);
+    assert_eq!(console.snapshot().laggards(), [0]);
     say(&mut console, 1, &Heartbeat { peak_rss: 5 }, &[]);
     console.lend().unwrap();
     assert_eq!(lent(&mut only).len(), 2);

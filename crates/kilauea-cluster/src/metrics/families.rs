@@ -138,7 +138,7 @@ const FAMILIES: &[Family] = &[
     ),
     counter(
         "kilauea_workers_started_total",
-        "Workers started, again included.",
+        "Lives of workers begun: for each frame, and again where one was lost.",
         |view| one(view.totals.n_started),
     ),
     counter("kilauea_workers_lost_total", "Workers lost.", |view| {

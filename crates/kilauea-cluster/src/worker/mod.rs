@@ -98,16 +98,17 @@ impl Worker {
 /// other until the input ends.
 pub fn run_worker() -> Result<(), WorkerError> {
     let mut worker = Worker::default();
-    let mut lines = io::stdin().lock().lines();
-    let none = || Err(io::ErrorKind::UnexpectedEof.into());
-    let mut next = Some(lines.next().unwrap_or_else(none));
-    while let Some(line) = next {
+    let mut n_tickets = 0;
+    for line in io::stdin().lock().lines() {
         let ticket: Ticket =
             serde_json::from_str(&line?).map_err(|error| WorkerError::Ticket(error.to_string()))?;
         worker.work_for(&ticket)?;
-        next = lines.next();
+        n_tickets += 1;
     }
-    Ok(())
+    match n_tickets {
+        0 => Err(WorkerError::Ticket("it is empty".into())),
+        _ => Ok(()),
+    }
 }
 
 /// Works for the console that a ticket names, until there is nothing to do.
