@@ -266,7 +266,7 @@ fn skipping_what_is_not_needed_does_not_change_a_bit() {
         special.check_same_bits(&general, name);
         assert!(general.stats.skipped.is_empty());
         // No scene of these has an image, and `path` learns nothing.
-        let unused = ["textures", "guided_directions"];
+        let unused = ["textures", "guided_directions", "guided_lights"];
         let skips = special.stats.skipped != unused;
         assert_eq!(skips, name != "everything", "{name}");
     }
