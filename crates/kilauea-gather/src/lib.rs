@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_code)]
 
+mod aim_field;
 mod cell_tree;
 mod direction_tree;
 mod field;
@@ -15,6 +16,7 @@ mod octahedral;
 mod picture;
 mod record;
 
+pub use aim_field::AimField;
 pub use direction_tree::DirectionTree;
 pub use field::GatherField;
 pub use forecast::forecast;
