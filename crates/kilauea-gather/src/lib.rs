@@ -9,6 +9,7 @@
 
 #![forbid(unsafe_code)]
 
+mod aim_field;
 mod cell_tree;
 mod choice_field;
 mod choice_forecast;
@@ -20,6 +21,7 @@ mod octahedral;
 mod picture;
 mod record;
 
+pub use aim_field::AimField;
 pub use choice_field::{CellChoice, ChoiceField};
 pub use choice_forecast::{ChoiceForecast, PLAIN_CHOICES, forecast_choice};
 pub use choice_record::{ChoiceRecord, ChoiceRecords, Turn};

@@ -15,8 +15,8 @@ use crate::camera::RayGenerator;
 use crate::caustics::CausticPlan;
 use crate::conditions::Conditions;
 use crate::integrator::{
-    Air, Blame, Faults, Guide, Media, MediumStack, Merge, PathIntegrator, RayCone, RayCounts,
-    RayTracer, Unguided, Unmerged, Unwatched, media_around,
+    Aimed, Air, Blame, Faults, Guide, Media, MediumStack, Merge, PathIntegrator, RayCone,
+    RayCounts, RayTracer, Unguided, Unmerged, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::noise::{NoiseGate, n_pixels_below};
@@ -29,7 +29,7 @@ use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
 use crate::set::{SetParts, Traffic};
 use crate::shades::Shades;
-use crate::stats::{CausticStats, GatherStats};
+use crate::stats::{AimStats, CausticStats, GatherStats};
 use crate::units::UnitSource;
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
@@ -80,6 +80,7 @@ pub(crate) struct Outcome {
     /// Whether they choose lights by it.
     pub(crate) guides_lights: bool,
     pub(crate) caustics: CausticStats,
+    pub(crate) aim: AimStats,
 }
 
 impl Outcome {
@@ -125,9 +126,21 @@ impl Frame {
         }
     }
 
+    /// Takes all samples by paths that know nothing beforehand but where light is bright and seldom
+    /// found.
+    fn run_path(&self) -> Result<(), RenderError> {
+        match self.find_aims()? {
+            Some(field) => {
+                let integrator = self.integrator::<true, _>(self.camera_media());
+                self.run_all(integrator.guided_by(Aimed { field: &field }))
+            }
+            None => self.run_unguided(),
+        }
+    }
+
     /// Takes all samples by paths that know nothing beforehand, without code for what the scene does
     /// not have.
-    fn run_path(&self) -> Result<(), RenderError> {
+    fn run_unguided(&self) -> Result<(), RenderError> {
         match (self.needs.media, self.needs_keys()) {
             (false, false) => self.run_all(self.integrator::<false, _>(Air)),
             (false, true) => self.run_all(self.integrator::<true, _>(Air)),

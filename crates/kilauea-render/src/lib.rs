@@ -6,6 +6,7 @@
 
 #![forbid(unsafe_code)]
 
+mod aim;
 mod camera;
 mod caustics;
 mod check;
@@ -54,7 +55,9 @@ pub use set::{
     Broadcast, MemberBytes, MemberStats, Packing, PlacementError, RaySample, RayTraffic, Set,
     SetPlan, SetStats,
 };
-pub use stats::{CausticStats, GatherStats, Rays, RenderStats, SceneSize, peak_rss_bytes};
+pub use stats::{
+    AimStats, CausticStats, GatherStats, Rays, RenderStats, SceneSize, peak_rss_bytes,
+};
 pub use units::{
     Availability, Tally, TileResult, TileStart, Unit, UnitError, UnitOrder, UnitSource,
 };

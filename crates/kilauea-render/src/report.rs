@@ -75,6 +75,7 @@ impl Frame {
             shades: outcome.shades.stats(),
             photons: outcome.caustics,
             gather: outcome.gather,
+            aim: outcome.aim,
             textures: Textures {
                 tiles_total: tiles.tiles_total,
                 tiles_loaded: tiles.tiles_loaded,

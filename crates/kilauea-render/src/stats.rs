@@ -36,6 +36,8 @@ pub struct RenderStats {
     pub photons: CausticStats,
     /// What final-gather estimation found.
     pub gather: GatherStats,
+    /// What paths were aimed at.
+    pub aim: AimStats,
     /// Texture tiles.
     pub textures: Textures,
     /// Size of the scene.
@@ -154,6 +156,19 @@ pub struct GatherStats {
     /// Efficiency, one over variance and cost, of paths whose directions come from cells, over that
     /// of plain paths; zero where it was not measured.
     pub efficiency_of_directions: f32,
+}
+
+/// What paths were aimed at; zeros where there was nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AimStats {
+    /// Paths that lights sent out.
+    pub emitted: u64,
+    /// How often their light arrived over specular surfaces alone, and was bright.
+    pub arrivals: u64,
+    /// Cells of directions.
+    pub cells: u64,
+    /// Bytes that all cells take.
+    pub bytes: u64,
 }
 
 /// What photons did for the caustics of a frame.

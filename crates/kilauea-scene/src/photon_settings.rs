@@ -12,6 +12,22 @@ pub struct PhotonSettings {
     pub radius: Option<f32>,
     /// By whom caustics are found.
     pub found_by: CausticStrategy,
+    /// Whether paths are aimed at small bright lights in mirrors and behind glass, where photons found
+    /// them.
+    pub aim: Aim,
+}
+
+/// When paths are aimed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Aim {
+    /// In frames of many samples, at lights that are small and bright.
+    #[default]
+    WherePays,
+    /// In any frame, at any light.
+    Always,
+    /// Not at all.
+    Never,
 }
 
 /// Ways to find caustics.

@@ -91,14 +91,16 @@ impl<M: Media, E> Path<M, E> {
         };
         let u_direction = sampler.pair(Purpose::Direction(depth));
         let u = [u_lobe, u_direction.x, u_direction.y];
-        let sample = knowledge.sample(bsdf, u);
+        let drawn = knowledge.sample(bsdf, u);
+        let sample = drawn.as_ref().map(|drawn| &drawn.sample);
         let throughput = &mut self.throughput;
         let receiver = vertex.receiver();
         let arriving = throughput.arriving(depth) * vertex.passed;
-        G::leave(trail, receiver, sample.as_ref(), arriving);
-        let Some(sample) = sample else {
+        G::leave(trail, receiver, sample, arriving);
+        let Some(drawn) = drawn else {
             return PathLight::NOTHING;
         };
+        let sample = &drawn.sample;
         throughput.scatter(
             depth,
             sample.diffuse * vertex.passed,
@@ -114,7 +116,8 @@ impl<M: Media, E> Path<M, E> {
         }
 
         // End dim paths by chance.
-        let survival = survival(depth, throughput.total(depth));
+        let undimmed = G::undimmed(trail, &drawn);
+        let survival = survival(depth, throughput.total(depth) * undimmed);
         if survival < 1.0 {
             if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
                 return PathLight::NOTHING;

@@ -29,8 +29,8 @@ pub use importon::{Importon, ImportonRequest, trace_importons};
 pub use picture::photon_picture;
 pub use report::{PhotonMemory, PhotonNumbers, PhotonRays, PhotonReport, PhotonTimes};
 pub(crate) use scatter::adjoint_pdf;
-pub(crate) use trace::trace_caustic_photons;
 pub use trace::{PhotonRequest, TracedPhotons, trace_photons};
+pub(crate) use trace::{TracedArrivals, trace_arrivals, trace_caustic_photons};
 
 /// Roughness from which on a surface keeps photons, and below which scattering is specular for the
 /// classes of photons: lobes that are narrower see too few photons of a map.

@@ -23,6 +23,8 @@ pub(super) struct ScatteredLight {
     pub(super) is_delta: bool,
     /// Whether light crossed the surface.
     pub(super) is_transmission: bool,
+    /// Roughness of the lobe that `wo` was drawn from.
+    pub(super) roughness: f32,
 }
 
 /// Draws where light goes on that arrives from the unit vector `wi`; `ng` is the geometric normal on
@@ -89,6 +91,7 @@ fn weigh(bsdf: &Bsdf, ng: Vec3, ns: Vec3, wi: Vec3, sample: &BsdfSample) -> Opti
         pdf,
         is_delta,
         is_transmission,
+        roughness,
         ..
     } = *sample;
     let true_cosines = wo.dot(ng).abs() / wi.dot(ng).abs();
@@ -113,6 +116,7 @@ fn weigh(bsdf: &Bsdf, ng: Vec3, ns: Vec3, wi: Vec3, sample: &BsdfSample) -> Opti
         reverse_pdf,
         is_delta,
         is_transmission,
+        roughness,
     })
 }
 

@@ -1,10 +1,11 @@
 use std::time::Instant;
 
+use kilauea_gather::GatherRecord;
 use kilauea_photon::Photon;
 use kilauea_scene::Shading;
 
 use super::counts::PhotonCounts;
-use super::tracer::PhotonTracer;
+use super::tracer::{LeftPhotons, PhotonTracer};
 use crate::RenderError;
 use crate::follow::{Workforce, follow_all};
 use crate::integrator::{Air, Blame, Media, MediumStack, RayTracer};
@@ -32,6 +33,8 @@ pub struct PhotonRequest {
 pub(super) enum Kept {
     All,
     Caustic,
+    /// None, but how light arrives over mirrors, refraction and narrow lobes alone.
+    Arrivals,
 }
 
 /// Photons of a scene.
@@ -45,6 +48,18 @@ pub struct TracedPhotons {
     pub seconds: f64,
     /// How the light of the caustic ones left, where all were kept.
     pub(crate) caustic_rays: Vec<CausticRay>,
+}
+
+/// How light arrives over mirrors, refraction and narrow lobes alone.
+#[derive(Default)]
+pub(crate) struct TracedArrivals {
+    /// In the order of their paths.
+    pub(crate) arrivals: Vec<GatherRecord>,
+    /// How their light left.
+    pub(crate) rays: Vec<CausticRay>,
+    /// Luminance of the power that lights sent out, in watts.
+    pub(crate) sent_out: f64,
+    pub(crate) counts: PhotonCounts,
 }
 
 /// Traces the photons of a scene. Their powers are divided by the number of paths emitted.
@@ -72,48 +87,31 @@ pub(crate) fn trace_caustic_photons(
     trace_kept(prepared, emitter, request, Kept::Caustic)
 }
 
+/// Traces how light arrives where paths can be aimed at it, from lights that may be aimed
+/// themselves.
+pub(crate) fn trace_arrivals(
+    prepared: &PreparedScene,
+    emitter: &Emitter<'_>,
+    request: &PhotonRequest,
+) -> Result<TracedArrivals, RenderError> {
+    let mut traced = TracedArrivals::default();
+    for left in follow_photons(prepared, emitter, request, Kept::Arrivals)? {
+        traced.counts.add(&left.counts);
+        traced.arrivals.extend(left.arrivals);
+        traced.rays.extend(left.caustic_rays);
+        traced.sent_out += left.sent_out;
+    }
+    Ok(traced)
+}
+
 fn trace_kept(
     prepared: &PreparedScene,
     emitter: &Emitter<'_>,
     request: &PhotonRequest,
     kept: Kept,
 ) -> Result<TracedPhotons, RenderError> {
-    let needs = &prepared.needs;
-    match (needs.media, needs.cutouts || needs.nested_media) {
-        (false, false) => trace::<false, Air>(prepared, emitter, request, kept),
-        (false, true) => trace::<true, Air>(prepared, emitter, request, kept),
-        (true, false) => trace::<false, MediumStack>(prepared, emitter, request, kept),
-        (true, true) => trace::<true, MediumStack>(prepared, emitter, request, kept),
-    }
-}
-
-fn trace<const CUTOUTS: bool, M: Media>(
-    prepared: &PreparedScene,
-    emitter: &Emitter<'_>,
-    request: &PhotonRequest,
-    kept: Kept,
-) -> Result<TracedPhotons, RenderError> {
-    /// Keeps the numbers of photons apart from those of camera paths.
-    const PHOTON_SEED: u32 = 0x5bf0_3635;
     let start = Instant::now();
-    let PreparedScene { geometry, .. } = prepared;
-    let &PhotonRequest {
-        n_emitted,
-        max_depth,
-        seed,
-        n_threads,
-        shading,
-    } = request;
-    if emitter.is_empty() || n_emitted == 0 {
-        return Ok(TracedPhotons::default());
-    }
-    let blame = Blame::default();
-    let tables = SamplerTables::new(n_emitted, max_depth, seed ^ PHOTON_SEED);
-    let tracer = PhotonTracer::<CUTOUTS, M>::new(emitter, prepared, &blame, request, kept, &tables);
-    let answerer = RayTracer::<CUTOUTS>::of(prepared, &blame);
-    let workforce = Workforce { n_threads, shading };
-    let left = follow_all(tracer, n_emitted, &answerer, workforce)
-        .map_err(|error| RenderError::of_run(error, &blame, geometry))?;
+    let left = follow_photons(prepared, emitter, request, kept)?;
     let mut traced = TracedPhotons::default();
     traced
         .photons
@@ -125,4 +123,47 @@ fn trace<const CUTOUTS: bool, M: Media>(
     }
     traced.seconds = start.elapsed().as_secs_f64();
     Ok(traced)
+}
+
+/// What all paths leave, in their order, some together.
+fn follow_photons(
+    prepared: &PreparedScene,
+    emitter: &Emitter<'_>,
+    request: &PhotonRequest,
+    kept: Kept,
+) -> Result<Vec<LeftPhotons>, RenderError> {
+    let needs = &prepared.needs;
+    match (needs.media, needs.cutouts || needs.nested_media) {
+        (false, false) => follow::<false, Air>(prepared, emitter, request, kept),
+        (false, true) => follow::<true, Air>(prepared, emitter, request, kept),
+        (true, false) => follow::<false, MediumStack>(prepared, emitter, request, kept),
+        (true, true) => follow::<true, MediumStack>(prepared, emitter, request, kept),
+    }
+}
+
+fn follow<const CUTOUTS: bool, M: Media>(
+    prepared: &PreparedScene,
+    emitter: &Emitter<'_>,
+    request: &PhotonRequest,
+    kept: Kept,
+) -> Result<Vec<LeftPhotons>, RenderError> {
+    /// Keeps the numbers of photons apart from those of camera paths.
+    const PHOTON_SEED: u32 = 0x5bf0_3635;
+    let &PhotonRequest {
+        n_emitted,
+        max_depth,
+        seed,
+        n_threads,
+        shading,
+    } = request;
+    if emitter.is_empty() || n_emitted == 0 {
+        return Ok(Vec::new());
+    }
+    let blame = Blame::default();
+    let tables = SamplerTables::new(n_emitted, max_depth, seed ^ PHOTON_SEED);
+    let tracer = PhotonTracer::<CUTOUTS, M>::new(emitter, prepared, &blame, request, kept, &tables);
+    let answerer = RayTracer::<CUTOUTS>::of(prepared, &blame);
+    let workforce = Workforce { n_threads, shading };
+    follow_all(tracer, n_emitted, &answerer, workforce)
+        .map_err(|error| RenderError::of_run(error, &blame, &prepared.geometry))
 }

@@ -1,4 +1,5 @@
 use kilauea_bsdf::{Bsdf, SeenBsdf};
+use kilauea_gather::{Arrival, GatherRecord};
 use kilauea_math::hash::unit_f32;
 use kilauea_math::{Spectrum, Vec3};
 use kilauea_photon::{LightSubpath, Photon, PhotonClass};
@@ -11,7 +12,7 @@ use super::surfaces::{Surfaces, Traveller, Vertex};
 use super::trace::Kept;
 use super::{MIN_ROUGHNESS, PhotonCounts, PhotonRequest, is_specular};
 use crate::follow::Follow;
-use crate::integrator::{Answer, Blame, Media, Question, RayTracer};
+use crate::integrator::{Aimed, Answer, Blame, MIN_GUIDED_ROUGHNESS, Media, Question, RayTracer};
 use crate::light::{CausticRay, EmittedPhoton, Emitter, Receiver};
 use crate::needs::SceneNeeds;
 use crate::prepared::PreparedScene;
@@ -40,6 +41,10 @@ pub(super) struct LeftPhotons {
     pub(super) photons: Vec<Photon>,
     /// How the light of the caustic ones left, where all are kept.
     pub(super) caustic_rays: Vec<CausticRay>,
+    /// What paths are aimed by, where that is all that is kept.
+    pub(super) arrivals: Vec<GatherRecord>,
+    /// Luminance of the power that lights sent out.
+    pub(super) sent_out: f64,
     pub(super) counts: PhotonCounts,
 }
 
@@ -68,6 +73,7 @@ impl<const CUTOUTS: bool, M: Media> Follow for PhotonTracer<'_, CUTOUTS, M> {
         let Some(mut path) = self.emit(&sampler) else {
             return;
         };
+        left.sent_out += f64::from(path.traveller.carried.luminance());
         while path.depth < self.max_depth {
             left.counts.rays += 1;
             let ray = &path.traveller.ray;
@@ -120,7 +126,13 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             max_depth: request.max_depth,
             kept,
             share: 1.0 / request.n_emitted as f32,
-            footprint: (emitter.mean_cross_section() / request.n_emitted as f32).sqrt(),
+            footprint: match kept {
+                // A mirror among matte texels is still one.
+                Kept::Arrivals => 0.0,
+                Kept::All | Kept::Caustic => {
+                    (emitter.mean_cross_section() / request.n_emitted as f32).sqrt()
+                }
+            },
             sequence: tables.pixel([0, 0]),
             media_of_source: emitter.sources().map(media).collect(),
         }
@@ -169,16 +181,23 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         let _shading = self.blame.shading(interaction.at);
         let bsdf = interaction.shader.bsdf(surface);
         let seen = bsdf.seen_from(surface.wo);
-        let is_kept = self.kept == Kept::All || path.history.is_caustic();
+        let is_caustic = path.history.is_caustic();
         if path.depth == 0 {
             path.p_met = surface.p;
         }
-        if is_kept && seen.max_roughness() >= Some(MIN_ROUGHNESS) {
-            let photon = path.photon(vertex, number);
-            if self.kept == Kept::All && path.history.is_caustic() {
-                left.caustic_rays.push(path.caustic_ray(&photon));
+        if self.kept == Kept::Arrivals {
+            if is_caustic && !path.emitted.is_delta && Aimed::aims_at(&seen) {
+                left.arrivals.push(path.arrival(vertex));
+                left.caustic_rays.push(path.caustic_ray());
             }
-            left.keep(photon);
+            return self.scatter(path, vertex, &bsdf, &seen, sampler);
+        }
+        let is_kept = self.kept == Kept::All || is_caustic;
+        if is_kept && seen.max_roughness() >= Some(MIN_ROUGHNESS) {
+            if self.kept == Kept::All && is_caustic {
+                left.caustic_rays.push(path.caustic_ray());
+            }
+            left.keep(path.photon(vertex, number));
         }
         self.scatter(path, vertex, &bsdf, &seen, sampler)
     }
@@ -212,11 +231,11 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         if !is_alive || !after.is_finite() {
             return false;
         }
-        path.history = if is_specular(scattered.is_delta, seen) {
+        path.history = if self.is_specular(&scattered, seen) {
             let reverse_pdf = self.reverse_pdf(path, vertex, &scattered);
             let cos_out = scattered.wo.dot(surface.ng).abs();
             path.history.reflected(scattered.pdf, reverse_pdf, cos_out)
-        } else if self.kept == Kept::Caustic {
+        } else if self.kept != Kept::All {
             return false;
         } else {
             History::Scattered
@@ -226,6 +245,15 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         traveller.leave(vertex, scattered.wo, scattered.is_transmission);
         path.depth += 1;
         true
+    }
+
+    /// Whether what the surface did leaves light in the class that is looked for. To aim at a light,
+    /// narrow lobes are mirrors, whatever else the surface has: no weight depends on the class then.
+    fn is_specular(&self, scattered: &ScatteredLight, seen: &SeenBsdf) -> bool {
+        match self.kept {
+            Kept::All | Kept::Caustic => is_specular(scattered.is_delta, seen),
+            Kept::Arrivals => scattered.roughness < MIN_GUIDED_ROUGHNESS,
+        }
     }
 
     /// Density with which camera paths that come the other way find what the light came from: by
@@ -283,8 +311,32 @@ impl<M: Media> LightPath<M> {
         }
     }
 
+    /// What a camera path would find that went where the light comes from.
+    fn arrival(&self, vertex: &Vertex<'_, M>) -> GatherRecord {
+        let EmittedPhoton { power, density, .. } = self.emitted;
+        let surface = &vertex.interaction.surface;
+        let irradiance = self.traveller.carried.luminance();
+        GatherRecord {
+            p: surface.p,
+            n: if surface.ns.dot(surface.wo) < 0.0 {
+                -surface.ns
+            } else {
+                surface.ns
+            },
+            arrival: Arrival {
+                wi: surface.wo,
+                irradiance,
+                // As if the camera path had met the light with the weight that makes this power of
+                // its radiance, per unit of area.
+                pdf: (power * density).luminance() / irradiance,
+            },
+            pixel: [0; 2],
+            brought: 0.0,
+        }
+    }
+
     /// How the light of a caustic photon left.
-    fn caustic_ray(&self, photon: &Photon) -> CausticRay {
+    fn caustic_ray(&self) -> CausticRay {
         let EmittedPhoton {
             light,
             density,
@@ -295,7 +347,7 @@ impl<M: Media> LightPath<M> {
             light,
             dir: ray.dir,
             p_met: self.p_met,
-            luminance: photon.power.luminance(),
+            luminance: self.traveller.carried.luminance(),
             density,
         }
     }

@@ -74,6 +74,7 @@ class Job:
         record = json.loads((self.folder / "scene.json").read_text(encoding="utf-8"))
         for name in _HOW_NOT_WHAT:
             record["settings"].pop(name, None)
+        record["settings"]["photons"].pop("aim", None)
         digest = hashlib.sha256(json.dumps(record, sort_keys=True).encode())
         for file in sorted(self.folder.glob("*")):
             if file.suffix not in (".json", ".exr"):

@@ -6,7 +6,7 @@ use kilauea_bsdf::{BsdfSample, SeenBsdf};
 use kilauea_gather::{DirectionTree, GatherField};
 use kilauea_math::{Vec2, Vec3};
 
-use super::{Guide, Knowledge};
+use super::{Drawn, Guide, Knowledge};
 use crate::light::{ByCells, CellWalk, LightChooser, Receiver};
 
 /// Knows where light comes from in each cell, and which lights bring it.
@@ -21,12 +21,14 @@ pub(crate) struct Guided<'a> {
 #[derive(Clone, Copy)]
 pub(crate) struct Known<'a> {
     directions: Option<&'a DirectionTree>,
+    /// Fraction of directions drawn from them, where all lobes are rough.
+    share: f32,
 }
 
 /// Fraction of directions drawn from the cell, where all lobes are rough.
 pub(crate) const GUIDED_SHARE: f32 = 0.5;
 /// Smoother lobes know better than a cell where their light comes from.
-const MIN_GUIDED_ROUGHNESS: f32 = 0.25;
+pub(crate) const MIN_GUIDED_ROUGHNESS: f32 = 0.25;
 
 impl<'a> LightChooser for Guided<'a> {
     type Walk = CellWalk<'a>;
@@ -43,11 +45,10 @@ impl<'a> Guide for Guided<'a> {
 
     #[inline]
     fn at(&self, receiver: Receiver) -> Known<'a> {
-        Known {
-            directions: self
-                .field
-                .and_then(|field| field.directions(receiver.p, receiver.n)),
-        }
+        let directions = self
+            .field
+            .and_then(|field| field.directions(receiver.p, receiver.n));
+        Known::new(directions, GUIDED_SHARE)
     }
 }
 
@@ -61,14 +62,18 @@ impl<'a> Guided<'a> {
     }
 }
 
-impl Known<'_> {
-    pub(super) const NOTHING: Self = Self { directions: None };
+impl<'a> Known<'a> {
+    pub(super) const NOTHING: Self = Self::new(None, 0.0);
+
+    pub(super) const fn new(directions: Option<&'a DirectionTree>, share: f32) -> Self {
+        Self { directions, share }
+    }
 
     /// The distribution, and the fraction of directions to draw from it.
     #[inline]
     fn directions(&self, bsdf: &SeenBsdf) -> Option<(&DirectionTree, f32)> {
         let directions = self.directions?;
-        let share = GUIDED_SHARE * bsdf.probability_of_rough(MIN_GUIDED_ROUGHNESS);
+        let share = self.share * bsdf.probability_of_rough(MIN_GUIDED_ROUGHNESS);
         (share > 0.0).then_some((directions, share))
     }
 }
@@ -80,9 +85,9 @@ impl Knowledge for Known<'_> {
     }
 
     #[inline]
-    fn sample(&self, bsdf: &SeenBsdf, u: [f32; 3]) -> Option<BsdfSample> {
+    fn sample(&self, bsdf: &SeenBsdf, u: [f32; 3]) -> Option<Drawn> {
         let Some((directions, share)) = self.directions(bsdf) else {
-            return bsdf.sample(u);
+            return bsdf.sample(u).map(Drawn::by_bsdf);
         };
         if u[0] < share {
             return sample_cell(directions, share, bsdf, Vec2::new(u[1], u[2]));
@@ -96,11 +101,14 @@ impl Knowledge for Known<'_> {
             by_bsdf + share * directions.pdf(sample.wi)
         };
         let weight = sample.pdf / pdf;
-        Some(BsdfSample {
-            diffuse: sample.diffuse * weight,
-            specular: sample.specular * weight,
-            pdf,
-            ..sample
+        Some(Drawn {
+            sample: BsdfSample {
+                diffuse: sample.diffuse * weight,
+                specular: sample.specular * weight,
+                pdf,
+                ..sample
+            },
+            density_ratio: pdf / sample.pdf,
         })
     }
 
@@ -115,12 +123,7 @@ impl Knowledge for Known<'_> {
 
 /// Draws a direction from the cell, and weighs it for the mixture.
 #[inline]
-fn sample_cell(
-    directions: &DirectionTree,
-    share: f32,
-    bsdf: &SeenBsdf,
-    u: Vec2,
-) -> Option<BsdfSample> {
+fn sample_cell(directions: &DirectionTree, share: f32, bsdf: &SeenBsdf, u: Vec2) -> Option<Drawn> {
     let wi = directions.sample(u);
     let eval = bsdf.eval(wi);
     if eval.total().is_black() {
@@ -128,7 +131,7 @@ fn sample_cell(
     }
     let pdf = (1.0 - share) * eval.pdf + share * directions.pdf(wi);
     let is_diffuse = !eval.diffuse.is_black();
-    Some(BsdfSample {
+    let sample = BsdfSample {
         wi,
         diffuse: eval.diffuse / pdf,
         specular: eval.specular / pdf,
@@ -141,5 +144,9 @@ fn sample_cell(
         } else {
             MIN_GUIDED_ROUGHNESS
         },
+    };
+    Some(Drawn {
+        sample,
+        density_ratio: pdf / eval.pdf,
     })
 }

@@ -1,5 +1,6 @@
 //! What paths know beforehand of the light that they look for, and what they leave for others.
 
+mod aimed;
 mod guided;
 mod training;
 mod unguided;
@@ -10,7 +11,8 @@ use kilauea_math::{Spectrum, Vec3};
 use super::path_sample::PathSample;
 use crate::light::{LightChooser, Lights, Receiver};
 
-pub(crate) use guided::{GUIDED_SHARE, Guided};
+pub(crate) use aimed::Aimed;
+pub(crate) use guided::{GUIDED_SHARE, Guided, MIN_GUIDED_ROUGHNESS};
 pub(crate) use training::{PathTrail, Training, n_rays};
 pub(crate) use unguided::Unguided;
 
@@ -50,9 +52,35 @@ pub(crate) trait Guide: LightChooser {
     ) {
     }
 
+    /// The factor by which the path would be brighter, had the BSDF alone chosen its last directions.
+    /// What it brings is no dimmer than that says: it is for roulette.
+    #[inline]
+    fn undimmed(_trail: &mut Self::Trail, _drawn: &Drawn) -> f32 {
+        1.0
+    }
+
     /// All that the vertex itself adds to the sample has been added.
     #[inline]
     fn depart(_trail: &mut Self::Trail, _out: &PathSample) {}
+}
+
+/// A direction that a vertex has drawn.
+#[derive(Clone, Copy)]
+pub(crate) struct Drawn {
+    pub(crate) sample: BsdfSample,
+    /// Its density over that of the BSDF alone.
+    pub(crate) density_ratio: f32,
+}
+
+impl Drawn {
+    /// By the BSDF alone.
+    #[inline(always)]
+    pub(crate) fn by_bsdf(sample: BsdfSample) -> Self {
+        Self {
+            sample,
+            density_ratio: 1.0,
+        }
+    }
 }
 
 /// What is known of the light at a vertex.
@@ -61,7 +89,7 @@ pub(crate) trait Knowledge: Copy {
     fn chooses_directions(&self) -> bool;
 
     /// Draws a direction; `u` is as for [`SeenBsdf::sample`].
-    fn sample(&self, bsdf: &SeenBsdf, u: [f32; 3]) -> Option<BsdfSample>;
+    fn sample(&self, bsdf: &SeenBsdf, u: [f32; 3]) -> Option<Drawn>;
 
     /// Density with which [`Self::sample`] finds `wi`, which the BSDF alone finds with `bsdf_pdf`.
     fn pdf(&self, bsdf: &SeenBsdf, wi: Vec3, bsdf_pdf: f32) -> f32;

@@ -1,7 +1,7 @@
-use kilauea_bsdf::{BsdfSample, SeenBsdf};
+use kilauea_bsdf::SeenBsdf;
 use kilauea_math::Vec3;
 
-use super::{Guide, Knowledge};
+use super::{Drawn, Guide, Knowledge};
 use crate::light::{ByImportance, ImportanceWalk, LightChooser, Receiver};
 
 /// Knows nothing, at no cost.
@@ -34,8 +34,8 @@ impl Knowledge for Unguided {
     }
 
     #[inline(always)]
-    fn sample(&self, bsdf: &SeenBsdf, u: [f32; 3]) -> Option<BsdfSample> {
-        bsdf.sample(u)
+    fn sample(&self, bsdf: &SeenBsdf, u: [f32; 3]) -> Option<Drawn> {
+        bsdf.sample(u).map(Drawn::by_bsdf)
     }
 
     #[inline(always)]

@@ -1,0 +1,184 @@
+//! Paths that are aimed at small bright lights in mirrors, behind glass and in highlights.
+
+use kilauea_math::Spectrum;
+use kilauea_render::{Conditions, PreparedScene};
+use kilauea_scene::{Aim, Light, LightShape, Material, PhotonSettings, RenderSettings, Shading};
+use kilauea_testing::{Family, Moments, welch_p};
+use kilauea_tests::{
+    Mesh, Picture, Sphere, Stage, facing_down, glass, light, matte, perspective, preview,
+};
+use std::sync::Arc;
+
+/// A ball over a floor under a sun of that many degrees.
+fn ball(material: Material, angle_degrees: f64) -> Stage {
+    let mut stage = Stage::new(perspective([1.5, 2.0, 0.0], [0.0, 0.2, 0.0], 0.45));
+    stage.materials = vec![matte([0.7, 0.6, 0.5]), material];
+    stage.meshes.push(Mesh::floor(2.0));
+    stage.spheres.push(Sphere {
+        center: [0.0, 0.6, 0.0],
+        radius: 0.4,
+        material: 1,
+    });
+    stage.lights.push(sun(angle_degrees));
+    stage
+}
+
+fn sun(angle_degrees: f64) -> Light {
+    let half_angle = 0.5 * angle_degrees.to_radians();
+    Light {
+        // The same irradiance for any size.
+        radiance: Spectrum::splat((1.0 / half_angle.sin().powi(2)) as f32),
+        ..light(
+            LightShape::Distant { angle_degrees },
+            facing_down(0.0, 0.0, 0.0),
+        )
+    }
+}
+
+fn metal(roughness: f32) -> Material {
+    preview(&[
+        ("diffuseColor", &[0.9, 0.8, 0.7]),
+        ("metallic", &[1.0]),
+        ("roughness", &[roughness]),
+    ])
+}
+
+/// Narrow highlights on a diffuse base.
+fn plastic() -> Material {
+    preview(&[("diffuseColor", &[0.5, 0.6, 0.7]), ("roughness", &[0.15])])
+}
+
+fn settings(aim: Aim) -> RenderSettings {
+    RenderSettings {
+        resolution: [16, 16],
+        samples_per_pixel: 16,
+        max_depth: 6,
+        photons: PhotonSettings {
+            aim,
+            ..PhotonSettings::default()
+        },
+        ..Stage::settings()
+    }
+}
+
+/// Means of pictures of many seeds.
+fn means(prepared: &Arc<PreparedScene>, settings: &RenderSettings, n_seeds: u32) -> Moments {
+    let first = 1000 * settings.photons.aim as u32;
+    let mean = |seed| {
+        let settings = RenderSettings {
+            seed: first + seed,
+            ..settings.clone()
+        };
+        Picture::render(prepared, settings).mean()
+    };
+    Moments::of(&(1..=n_seeds).map(mean).collect::<Vec<_>>())
+}
+
+/// Suns large enough for paths to find them by chance, so that both can be compared.
+#[test]
+fn aimed_paths_have_the_same_expectation() {
+    let mut family = Family::new("aimed and not");
+    for (what, material) in [
+        ("a mirror", metal(0.0)),
+        ("a narrow metal", metal(0.15)),
+        ("glass", glass(&[("ior", &[1.5])])),
+        ("plastic", plastic()),
+    ] {
+        let stage = ball(material, 40.0);
+        let prepared = stage.prepare(&settings(Aim::Never));
+        let by_chance = means(&prepared, &settings(Aim::Never), 24);
+        let aimed = means(&prepared, &settings(Aim::Always), 24);
+        family.add(what, welch_p(&by_chance, &aimed, 1e-4 * by_chance.mean));
+    }
+    family.check();
+}
+
+/// What a sun throws over a mirror onto a floor is found by one of some ten thousand paths that go
+/// by the cosine.
+#[test]
+fn aimed_paths_find_the_sun_in_a_mirror() {
+    let stage = {
+        let mut stage = Stage::new(perspective([0.0, 1.5, 3.0], [0.0, 0.0, 0.3], 0.3));
+        stage.materials = vec![matte([0.7, 0.6, 0.5]), metal(0.0)];
+        stage.meshes.push(Mesh::floor(2.0));
+        let wall = [
+            [-0.5, 0.0, -0.5],
+            [0.5, 0.0, -0.5],
+            [0.5, 1.0, -0.8],
+            [-0.5, 1.0, -0.8],
+        ];
+        stage.meshes.push(Mesh::polygon(&wall).with_material(1));
+        stage.lights.push(sun(2.0));
+        stage
+    };
+    let prepared = stage.prepare(&settings(Aim::Never));
+    let by_chance = means(&prepared, &settings(Aim::Never), 32);
+    let aimed = means(&prepared, &settings(Aim::Always), 8);
+    assert!(
+        aimed.variance < 0.1 * by_chance.variance,
+        "{aimed:?} for {by_chance:?}"
+    );
+}
+
+#[test]
+fn how_it_is_run_does_not_change_a_bit() {
+    let settings = RenderSettings {
+        resolution: [40, 24],
+        samples_per_pixel: 6,
+        ..settings(Aim::Always)
+    };
+    let prepared = ball(metal(0.0), 4.0).prepare(&settings);
+    let render = |conditions, shading, threads| {
+        let settings = RenderSettings {
+            shading,
+            threads,
+            ..settings.clone()
+        };
+        Picture::render_under(conditions, &prepared, settings)
+    };
+    let inline = render(Conditions::default(), Shading::Inline, 1);
+    assert!(inline.stats.aim.cells > 0, "{:?}", inline.stats.aim);
+    let plain_loop = Conditions {
+        plain_loop: true,
+        ..Conditions::default()
+    };
+    for (what, conditions, shading, threads) in [
+        ("seven threads", Conditions::default(), Shading::Inline, 7),
+        ("a plain loop", plain_loop, Shading::Inline, 2),
+        ("queues", Conditions::default(), Shading::Queued, 2),
+        ("bytes", Conditions::default(), Shading::Bytes, 2),
+    ] {
+        inline.check_same_bits(&render(conditions, shading, threads), what);
+    }
+}
+
+/// Paths find large lights by themselves, and a frame of few paths is not worth the photons.
+#[test]
+fn nothing_is_aimed_where_it_does_not_pay() {
+    for (what, angle_degrees, resolution) in
+        [("a large sun", 60.0, [64, 64]), ("few", 1.0, [16, 16])]
+    {
+        let plain = RenderSettings {
+            resolution,
+            ..settings(Aim::Never)
+        };
+        let default = RenderSettings {
+            resolution,
+            ..settings(Aim::WherePays)
+        };
+        let prepared = ball(metal(0.0), angle_degrees).prepare(&plain);
+        let picture = Picture::render(&prepared, default);
+        assert_eq!(picture.stats.aim.cells, 0, "{what}");
+        Picture::render(&prepared, plain).check_same_bits(&picture, what);
+    }
+}
+
+#[test]
+fn a_small_sun_is_aimed_at_without_being_asked() {
+    let settings = RenderSettings {
+        resolution: [64, 64],
+        ..settings(Aim::WherePays)
+    };
+    let picture = Picture::render(&ball(metal(0.0), 1.0).prepare(&settings), settings);
+    assert!(picture.stats.aim.cells > 0, "{:?}", picture.stats.aim);
+}
