@@ -112,7 +112,7 @@ impl Engine {
     ) -> Result<Stats, RunError>
     where
         P: Program,
-        S: Server<P>,
+        S: Server<P> + ?Sized,
         J: Job<P>,
     {
         let n_servers = n_servers.max(1);
