@@ -34,6 +34,7 @@ mod shades;
 #[cfg(test)]
 mod statistics;
 mod stats;
+mod unit_pixels;
 mod units;
 
 pub use collect::CollectedFrame;
@@ -49,8 +50,8 @@ pub use photon::{
 };
 pub use prepared::{PrepareOptions, PreparedScene};
 pub use set::{
-    Broadcast, MemberBytes, MemberStats, Packing, PlacementError, RaySample, RayTraffic, Set,
-    SetPlan, SetStats,
+    Broadcast, MemberBytes, MemberSeat, MemberStats, Packing, Partners, PartnersGone,
+    PlacementError, RaySample, RayTraffic, Set, SetOutline, SetPlan, SetStats,
 };
 pub use stats::{CausticStats, GatherStats, Rays, RenderStats, SceneSize, peak_rss_bytes};
 pub use units::{

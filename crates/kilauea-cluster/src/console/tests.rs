@@ -36,6 +36,7 @@ fn console<const N: usize>(
             holder: Holder { rank, epoch },
             stage: peer::Stage::Preparing(outbox),
             last_heard: Duration::ZERO,
+            address: None,
             n_leases: 0,
             n_passes_over: 0,
             stats: WorkerStats {
@@ -45,7 +46,15 @@ fn console<const N: usize>(
             process: None,
         };
         console.peers.insert(epoch, peer);
-        say(&mut console, epoch, &Ready { n_threads: 1 }, &[]);
+        say(
+            &mut console,
+            epoch,
+            &Ready {
+                n_threads: 1,
+                address: None,
+            },
+            &[],
+        );
         frames
     });
     (console, outboxes)

@@ -3,6 +3,7 @@
 //! Images are not in it: tile files are read by their paths, so that all processes must see the same
 //! files.
 
+mod chunks;
 mod error;
 mod geometry;
 mod read;
@@ -12,6 +13,7 @@ use kilauea_math::DVec3;
 use kilauea_scene::{Camera, Light, Material, Scene, TextureSource};
 use serde::{Deserialize, Serialize};
 
+pub(crate) use chunks::{SceneChunks, put_chunk};
 pub use error::SceneBytesError;
 use read::SceneReader;
 use write::SceneWriter;
@@ -43,6 +45,10 @@ struct Records {
 
 /// The bytes of a scene.
 pub fn scene_to_bytes(scene: &Scene) -> Vec<u8> {
+    write(scene).finish().0
+}
+
+fn write(scene: &Scene) -> SceneWriter {
     let records = RecordsRef {
         origin_world: scene.origin_world,
         prim_paths: &scene.prim_paths,
@@ -55,7 +61,7 @@ pub fn scene_to_bytes(scene: &Scene) -> Vec<u8> {
     let records = rmp_serde::to_vec_named(&records).expect("records of a scene can be written");
     writer.array(&records);
     writer.list(&scene.prototypes, SceneWriter::prototype);
-    writer.into_bytes()
+    writer
 }
 
 /// The scene of bytes that [`scene_to_bytes`] wrote. Nothing is allocated for what bytes promise and

@@ -1,14 +1,19 @@
 //! A worker: gets a scene once, renders the units that it is lent, and ends with its console.
 
 mod leases;
+mod set;
 
 use std::io::{self, BufRead};
+use std::net::{IpAddr, Ipv4Addr};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use kilauea_render::{PrepareOptions, PreparedScene, RenderJob, peak_rss_bytes};
+use kilauea_render::{
+    Conditions, MemberSeat, PrepareOptions, PreparedScene, RenderJob, peak_rss_bytes,
+};
+use kilauea_scene::RenderSettings;
 use tokio::net::TcpStream;
 use tokio::sync::mpsc;
 use tokio::time::{interval, timeout};
@@ -16,12 +21,14 @@ use tokio::time::{interval, timeout};
 use crate::handshake::{HANDSHAKE_TIMEOUT, HandshakeError, join_console};
 use crate::link::{FrameReader, FrameWriter, Link, Traffic};
 use crate::protocol::{
-    Failed, Finish, Frame, FrameError, FrameKind, Heartbeat, Lease, Message, PassesOver, Ready,
-    Report, SceneBytes, Start,
+    Failed, Finish, Frame, FrameError, FrameKind, Heartbeat, Lease, Members, Message, PassesOver,
+    Ready, Report, SceneBytes, Seat, Start,
 };
 use crate::scene::{SceneBytesError, scene_from_bytes};
+use crate::stats::NetworkStats;
 use crate::ticket::Ticket;
 use leases::Leases;
+use set::{Answerers, Part, SetLinks, SetSide, receive_part};
 
 /// How often both sides say that they are alive.
 pub(crate) const HEARTBEAT: Duration = Duration::from_millis(250);
@@ -80,34 +87,54 @@ pub fn run_worker() -> Result<(), WorkerError> {
 pub fn run_worker_for(ticket: &Ticket) -> Result<(), WorkerError> {
     let runtime = runtime()?;
     runtime.block_on(async {
-        let link = connect(ticket)
+        let (link, host) = connect(ticket)
             .await
             .map_err(|error| WorkerError::Connect {
                 address: ticket.address.clone(),
                 error,
             })?;
-        work(link, ticket).await
+        work(link, ticket, host).await
     })
 }
 
-async fn connect(ticket: &Ticket) -> io::Result<Link> {
+/// A link to the console, and the address of this machine at it.
+async fn connect(ticket: &Ticket) -> io::Result<(Link, IpAddr)> {
     let stream = TcpStream::connect(&ticket.address).await?;
+    let host = stream.local_addr()?.ip();
     let traffic = Arc::new(Traffic::default());
     let Some(identity) = &ticket.identity else {
-        return Link::over_tcp(stream, ticket.session, traffic);
+        return Ok((Link::over_tcp(stream, ticket.session, traffic)?, host));
     };
     let (connector, name) = identity.connector()?;
     let stream = timeout(HANDSHAKE_TIMEOUT, connector.connect(name, stream)).await??;
-    Link::over_tls(stream, ticket.session, traffic)
+    Ok((Link::over_tls(stream, ticket.session, traffic)?, host))
 }
 
-/// Works at one end of a link.
-pub(crate) async fn work(mut link: Link, ticket: &Ticket) -> Result<(), WorkerError> {
+/// Where threads of one process reach each other.
+pub(crate) const HERE: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
+
+/// Works at one end of a link. Other members of a set reach this one at `host`.
+pub(crate) async fn work(mut link: Link, ticket: &Ticket, host: IpAddr) -> Result<(), WorkerError> {
     let scene_hash = join_console(&mut link, ticket).await?;
     let Link { mut reader, writer } = link;
     let (outbox, frames) = mpsc::channel(MAX_FRAMES_WAITING);
     let sender = tokio::spawn(send_frames(writer, frames, ticket.epoch));
-    let (start, scene) = receive_scene(&mut reader, scene_hash).await?;
+    let (start, bytes) = receive_scene(&mut reader).await?;
+    let (work, set) = match &start.seat {
+        None => (Work::Whole(bytes), None),
+        Some(seat) => {
+            let part = receive_part(&mut reader, seat, bytes).await?;
+            let (set, answerers) = SetSide::open(ticket, seat, scene_hash, host).await?;
+            let membership = Membership {
+                seat: *seat,
+                links: Arc::clone(&set.links),
+                traffic: set.traffic(),
+                address: set.address.clone(),
+                answerers,
+            };
+            (Work::Part(Box::new((part, membership))), Some(set))
+        }
+    };
     let leases = Arc::new(Leases::new(outbox.clone(), ticket.epoch));
     let engine = Engine {
         leases: Arc::clone(&leases),
@@ -117,8 +144,8 @@ pub(crate) async fn work(mut link: Link, ticket: &Ticket) -> Result<(), WorkerEr
     };
     thread::Builder::new()
         .name("worker".into())
-        .spawn(move || engine.render(&start, scene))?;
-    let outcome = take_orders(&mut reader, &leases).await;
+        .spawn(move || engine.render(&start, work))?;
+    let outcome = take_orders(&mut reader, &leases, set.as_ref()).await;
     // Ends the engine, and with it the frames that wait to be sent.
     leases.close();
     sender.abort();
@@ -132,10 +159,8 @@ pub(crate) fn runtime() -> io::Result<tokio::runtime::Runtime> {
         .build()
 }
 
-async fn receive_scene(
-    reader: &mut FrameReader,
-    scene_hash: [u8; 32],
-) -> Result<(Start, Vec<u8>), WorkerError> {
+/// Receives the bytes of the scene, or of what all members of a set have of it.
+async fn receive_scene(reader: &mut FrameReader) -> Result<(Start, Vec<u8>), WorkerError> {
     let (start, _) = Start::read(&reader.read().await?)?;
     let mut scene = Vec::new();
     let mut hasher = blake3::Hasher::new();
@@ -152,7 +177,7 @@ async fn receive_scene(
             return Err(WorkerError::SceneHash);
         }
         if frame.is_last {
-            let is_whole = *hasher.finalize().as_bytes() == scene_hash;
+            let is_whole = *hasher.finalize().as_bytes() == start.scene_hash;
             return is_whole
                 .then_some((start, scene))
                 .ok_or(WorkerError::SceneHash);
@@ -161,7 +186,11 @@ async fn receive_scene(
 }
 
 /// Takes what the console sends until it closes the link after the last unit.
-async fn take_orders(reader: &mut FrameReader, leases: &Leases) -> Result<(), WorkerError> {
+async fn take_orders(
+    reader: &mut FrameReader,
+    leases: &Leases,
+    set: Option<&SetSide>,
+) -> Result<(), WorkerError> {
     let mut is_finished = false;
     loop {
         let frame = timeout(CONSOLE_TIMEOUT, reader.read()).await;
@@ -175,6 +204,12 @@ async fn take_orders(reader: &mut FrameReader, leases: &Leases) -> Result<(), Wo
             FrameKind::Lease => {
                 let (lease, sums) = Lease::read(&frame)?;
                 leases.add(lease, sums);
+            }
+            FrameKind::Members => {
+                let (members, _) = Members::read(&frame)?;
+                if let Some(set) = set {
+                    set.set_members(members);
+                }
             }
             FrameKind::PassesOver => leases.set_passes_over(PassesOver::read(&frame)?.0.n_passes),
             FrameKind::Finish => {
@@ -211,6 +246,33 @@ async fn send_frames(
     }
 }
 
+/// What a worker renders from.
+enum Work {
+    /// The bytes of a whole scene.
+    Whole(Vec<u8>),
+    /// A part of one.
+    Part(Box<(Part, Membership)>),
+}
+
+/// What a member of a set has to do with the others.
+struct Membership {
+    seat: Seat,
+    links: Arc<SetLinks>,
+    traffic: Arc<Traffic>,
+    address: String,
+    answerers: Answerers,
+}
+
+/// A scene that is ready, and what is to be said of it.
+struct Prepared {
+    scene: Arc<PreparedScene>,
+    conditions: Conditions,
+    /// Where other members of the set are answered.
+    address: Option<String>,
+    /// Links to them.
+    traffic: Arc<Traffic>,
+}
+
 /// What renders, on threads of its own.
 struct Engine {
     leases: Arc<Leases>,
@@ -221,8 +283,8 @@ struct Engine {
 }
 
 impl Engine {
-    fn render(self, start: &Start, scene: Vec<u8>) {
-        let rendered = catch_unwind(AssertUnwindSafe(|| self.render_units(start, scene)));
+    fn render(self, start: &Start, work: Work) {
+        let rendered = catch_unwind(AssertUnwindSafe(|| self.render_units(start, work)));
         let said = match rendered {
             Ok(Ok(report)) => report.frame(self.epoch, &[]),
             Ok(Err(reason)) => Failed { reason }.frame(self.epoch, &[]),
@@ -235,29 +297,89 @@ impl Engine {
         let _ = self.outbox.blocking_send(said);
     }
 
-    fn render_units(&self, start: &Start, scene: Vec<u8>) -> Result<Report, String> {
+    fn render_units(&self, start: &Start, work: Work) -> Result<Report, String> {
         let mut settings = start.settings.clone();
         let options = PrepareOptions {
             texture_memory_bytes: settings.texture_memory_bytes,
             specialize_rays: start.specialize_rays,
         };
-        let parsed = scene_from_bytes(&scene).map_err(|error| error.to_string())?;
-        drop(scene);
-        let prepared = PreparedScene::new(parsed, &options).map_err(|error| error.to_string())?;
+        let Prepared {
+            scene,
+            conditions,
+            address,
+            traffic,
+        } = match work {
+            Work::Whole(bytes) => prepare_whole(bytes, &options),
+            Work::Part(part) => self.prepare_part(*part, &settings, &options),
+        }?;
         let n_threads = settings.threads;
         let preparing_secs = self.begun.elapsed().as_secs_f64();
         let limit = &mut settings.time_limit_secs;
         *limit = limit.map(|secs| (secs - preparing_secs).max(0.0));
-        let ready = Ready { n_threads }.frame(self.epoch, &[]);
+        let ready = Ready { n_threads, address }.frame(self.epoch, &[]);
         self.outbox
             .blocking_send(ready)
             .map_err(|error| error.to_string())?;
         let source = Arc::clone(&self.leases);
-        let job = RenderJob::start_units(Arc::new(prepared), settings, source)
+        let job = RenderJob::start_units(conditions, scene, settings, source)
             .map_err(|error| error.to_string())?;
         let result = job.finish().map_err(|error| error.to_string())?;
         let mut stats = result.stats;
         stats.warnings.truncate(MAX_WARNINGS);
-        Ok(Report { stats })
+        let links = NetworkStats::from(&*traffic);
+        Ok(Report { stats, links })
     }
+
+    /// Prepares a part of a scene, and begins to answer from it.
+    fn prepare_part(
+        &self,
+        (part, membership): (Part, Membership),
+        settings: &RenderSettings,
+        options: &PrepareOptions,
+    ) -> Result<Prepared, String> {
+        let Membership {
+            seat,
+            links,
+            traffic,
+            address,
+            answerers,
+        } = membership;
+        let member_seat = MemberSeat {
+            outline: part.outline,
+            number: seat.number as usize,
+            partners: links,
+            packing: seat.packing,
+        };
+        let scene = PreparedScene::member(part.scene, member_seat, options);
+        let scene = Arc::new(scene.map_err(|error| error.to_string())?);
+        let n_threads = match settings.threads {
+            0 => thread::available_parallelism().map_or(1, usize::from),
+            n => n as usize,
+        };
+        answerers
+            .start(&scene, seat.packing, n_threads, &self.outbox, self.epoch)
+            .map_err(|error| format!("a worker cannot start threads: {error}"))?;
+        let conditions = Conditions {
+            broadcast: seat.broadcast,
+            ..Conditions::default()
+        };
+        Ok(Prepared {
+            scene,
+            conditions,
+            address: Some(address),
+            traffic,
+        })
+    }
+}
+
+fn prepare_whole(bytes: Vec<u8>, options: &PrepareOptions) -> Result<Prepared, String> {
+    let parsed = scene_from_bytes(&bytes).map_err(|error| error.to_string())?;
+    drop(bytes);
+    let scene = PreparedScene::new(parsed, options).map_err(|error| error.to_string())?;
+    Ok(Prepared {
+        scene: Arc::new(scene),
+        conditions: Conditions::default(),
+        address: None,
+        traffic: Arc::default(),
+    })
 }
