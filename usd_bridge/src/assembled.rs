@@ -1,4 +1,4 @@
-use kilauea_cluster::{ClusterJob, ClusterOptions, Ticket, WorkerKind};
+use kilauea_cluster::{ClusterJob, ClusterOptions, SetOptions, Ticket, WorkerKind};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
 use serde::Deserialize;
@@ -24,6 +24,7 @@ struct Sharing {
     #[serde(flatten)]
     kind: Kind,
     journal: Option<PathBuf>,
+    set: Option<SetOptions>,
 }
 
 /// Who starts workers.
@@ -60,7 +61,7 @@ impl AssembledScene {
     }
 
     /// Have workers render; `sharing_json` is an object with `n_workers`, `journal`, which is a file or
-    /// null, and either `command`, a list that starts a worker, or `host`, this machine's address for
+    /// null, `set`, which is a `kilauea_cluster::SetOptions` or null, and either `command`, a list that starts a worker, or `host`, this machine's address for
     /// workers whose tickets the caller takes.
     fn render(
         &self,
@@ -74,6 +75,7 @@ impl AssembledScene {
         let kind = sharing.kind.into_workers()?;
         let options = ClusterOptions {
             journal: sharing.journal,
+            set: sharing.set,
             specialize_rays: self.specialize_rays,
             ..ClusterOptions::new(sharing.n_workers, kind)
         };

@@ -74,6 +74,8 @@ class RenderOptions:
     """Render in so many processes, of which each has `settings.threads`."""
     cluster: RayWorkers | None = None
     """Render on these machines instead."""
+    set: dict[str, Any] | None = None
+    """How the scene is spread over sets of workers; none where each has all of it."""
     resume: bool = False
     """Keep what workers have rendered beside the first output, and go on from what is there."""
 
@@ -174,7 +176,8 @@ def _sharing(options: RenderOptions) -> list[str]:
     if not options.has_workers:
         return []
     sharing: dict[str, Any] = {
-        "journal": options.outputs[0] + JOURNAL_SUFFIX if options.resume else None
+        "journal": options.outputs[0] + JOURNAL_SUFFIX if options.resume else None,
+        "set": options.set,
     }
     if options.cluster is None:
         sharing |= {"n_workers": options.workers, "command": worker.COMMAND}

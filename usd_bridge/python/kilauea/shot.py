@@ -86,13 +86,29 @@ def _ray_workers(args: argparse.Namespace) -> RayWorkers | None:
     if args.workers is not None and args.cluster is not None:
         raise UsageError("--workers are of this machine, and --cluster has one on each: not both")
     has_workers = args.workers is not None or args.cluster is not None
-    if has_workers and args.shading not in (None, "inline"):
-        raise UsageError(f"workers render with --shading inline, not {args.shading}")
+    if _set(args) is not None and not has_workers:
+        raise UsageError("a set is of workers: it needs --workers or --cluster")
     if args.cluster is None:
         return None
     from kilauea.ray_workers import RayWorkers
 
     return RayWorkers(args.cluster)
+
+
+def _set(args: argparse.Namespace) -> dict[str, Any] | None:
+    """Return how the scene is spread over sets of workers, if it is."""
+    if args.set_size is not None and args.worker_memory is not None:
+        raise UsageError("--set-size says how large sets are, or --worker-memory does: not both")
+    if args.set_size is None and args.worker_memory is None:
+        if args.broadcast is not None:
+            raise UsageError("--broadcast is for sets: it needs --set-size or --worker-memory")
+        return None
+    size = (
+        {"workers": args.set_size} if args.set_size is not None else {"memory": args.worker_memory}
+    )
+    # Machines are farther apart than processes of one: there, packing is faster than sending.
+    packing = "plain" if args.cluster is None else "lz4"
+    return {"size": size, "broadcast": args.broadcast or "culled", "packing": packing}
 
 
 def _render(
@@ -126,6 +142,7 @@ def _render(
             alfred="a" in letters,
             workers=args.workers,
             cluster=cluster,
+            set=_set(args),
             resume=args.resume,
         )
         stats = render_frame(frame, options, made.scene)
