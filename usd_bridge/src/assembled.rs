@@ -1,4 +1,4 @@
-use kilauea_cluster::{ClusterJob, ClusterOptions, Ticket, WorkerKind};
+use kilauea_cluster::{ClusterJob, ClusterOptions, SetOptions, Ticket, WorkerKind};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
 use serde::Deserialize;
@@ -25,6 +25,7 @@ struct Sharing {
     #[serde(flatten)]
     kind: Kind,
     journal: Option<PathBuf>,
+    set: Option<SetOptions>,
 }
 
 /// Who starts workers.
@@ -61,8 +62,9 @@ impl AssembledScene {
     }
 
     /// Have workers render; `sharing_json` is an object with `n_workers`, `journal`, which is a file or
-    /// null, and either `command`, a list that starts a worker, or `host`, this machine's address for
-    /// workers whose tickets the caller takes. Those of a `crew` stay for its next frame.
+    /// null, `set`, which is a `kilauea_cluster::SetOptions` or null, and either `command`, a list that
+    /// starts a worker, or `host`, this machine's address for workers whose tickets the caller takes.
+    /// Those of a `crew` stay for its next frame.
     #[pyo3(signature = (settings_json, metadata_json, sharing_json, crew = None))]
     fn render(
         &self,
@@ -78,6 +80,7 @@ impl AssembledScene {
         let options = ClusterOptions {
             journal: sharing.journal,
             crew: crew.map(|crew| crew.0.clone()),
+            set: sharing.set,
             specialize_rays: self.specialize_rays,
             ..ClusterOptions::new(sharing.n_workers, kind)
         };

@@ -83,6 +83,17 @@ def test_workers_render_the_same_pixels(tmp_path, flags):
         assert stats["network"]["bytes_sent"] > 1000
 
 
+@pytest.mark.parametrize("flags", [["--set-size", 2], ["--set-size", 2, "--broadcast", "full"]])
+def test_sets_render_the_same_pixels(tmp_path, flags):
+    alone, stats = render(tmp_path / "alone.exr", "-p", 8)
+    assert stats["set"] is None
+    shared, stats = render(tmp_path / "shared.exr", "-p", 8, "--workers", 2, *flags)
+    np.testing.assert_array_equal(alone, shared)
+    assert [worker["seat"]["member"] for worker in stats["workers"]] == [0, 1]
+    assert all(worker["seat"]["links"]["bytes_sent"] > 0 for worker in stats["workers"])
+    assert all(member["asked"] > 0 for member in stats["set"]["members"])
+
+
 def test_a_worker_that_is_killed_is_replaced(tmp_path):
     flags = ("-p", 64)
     alone, _ = render(tmp_path / "alone.exr", *flags)

@@ -3,6 +3,7 @@ use crate::geometry::{Curves, Geometry, Mesh, Placement, Spheres};
 use crate::visibility::Visibility;
 use kilauea_math::{Bounds3, DAffine3, DVec3, Vec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// What the hits of a part of a scene owe to the whole: the numbers that they report, and what is
 /// rounded where.
@@ -11,7 +12,7 @@ use rayon::prelude::*;
 /// what the whole hits, bit for bit, as far as it is there.
 ///
 /// [`Accel::build_part`]: crate::Accel::build_part
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Whole {
     bounds: Bounds3,
     pub(crate) geometries: Vec<WholeGeometry>,
@@ -21,7 +22,7 @@ pub struct Whole {
 }
 
 /// A geometry before it is cut.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct WholeGeometry {
     pub(crate) first_ids: FirstIds,
     /// Around all that can be hit, at all times; rays into placed trees start where they enter it.
@@ -29,7 +30,7 @@ pub(crate) struct WholeGeometry {
 }
 
 /// The number of the first primitive, by mesh, group of spheres and group of curves.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct FirstIds {
     meshes: Vec<u32>,
     spheres: Vec<u32>,
@@ -85,6 +86,23 @@ impl Whole {
     /// A box around everything that can be hit, at any time.
     pub fn bounds(&self) -> Bounds3 {
         self.bounds
+    }
+
+    /// Whether this could be of these geometries and placements, by their numbers.
+    pub fn fits(&self, geometries: &[Geometry<'_>], placements: &[Placement]) -> bool {
+        let fits = |(known, geometry): (&WholeGeometry, &Geometry<'_>)| {
+            let FirstIds {
+                meshes,
+                spheres,
+                curves,
+            } = &known.first_ids;
+            meshes.len() == geometry.meshes.len()
+                && spheres.len() == geometry.spheres.len()
+                && curves.len() == geometry.curves.len()
+        };
+        self.is_baked.len() == placements.len()
+            && self.geometries.len() == geometries.len()
+            && self.geometries.iter().zip(geometries).all(fits)
     }
 
     pub(crate) fn is_baked(&self, placement: u32) -> bool {

@@ -1,6 +1,6 @@
 use std::io;
 
-use kilauea_render::RenderError;
+use kilauea_render::{PlacementError, RenderError};
 
 use crate::journal::JournalError;
 
@@ -10,6 +10,17 @@ pub enum ClusterError {
     /// Nobody could render it.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// The scene cannot be spread.
+    #[error(transparent)]
+    Placement(#[from] PlacementError),
+    /// Workers would be left over.
+    #[error("{n_workers} workers cannot be divided into sets of {size}")]
+    SetSize {
+        /// All workers.
+        n_workers: u32,
+        /// Of a set.
+        size: u32,
+    },
     /// A worker found out that nobody can render it.
     #[error("{0}")]
     Failed(String),

@@ -59,6 +59,29 @@ pub(crate) async fn receive_worker(
     scene_hash: [u8; 32],
     admit: Admit<'_>,
 ) -> Result<Hello, HandshakeError> {
+    let ends = [Role::Console, Role::Worker];
+    receive(link, ends, token, session, scene_hash, admit).await
+}
+
+/// The side of a worker that another one of its set wants to ask.
+pub(crate) async fn receive_asker(
+    link: &mut Link,
+    ticket: &Ticket,
+    scene_hash: [u8; 32],
+    admit: Admit<'_>,
+) -> Result<Hello, HandshakeError> {
+    let ends = [Role::Owner, Role::Asker];
+    receive(link, ends, &ticket.token, ticket.session, scene_hash, admit).await
+}
+
+async fn receive(
+    link: &mut Link,
+    [our_role, their_role]: [Role; 2],
+    token: &Token,
+    session: u64,
+    scene_hash: [u8; 32],
+    admit: Admit<'_>,
+) -> Result<Hello, HandshakeError> {
     link.reader.limit_body(MAX_BODY_BYTES);
     let said = timeout(HANDSHAKE_TIMEOUT, async {
         let nonce = nonce()?;
@@ -66,11 +89,12 @@ pub(crate) async fn receive_worker(
         link.writer.write(&challenge.frame(0, &[])).await?;
         let frame = link.reader.read().await?;
         let (hello, _) = Hello::read(&frame)?;
-        let checked = check_worker(&hello, token, &nonce, session).and_then(|()| admit(&hello));
+        let checked = check(their_role, &hello, token, &nonce, session);
+        let checked = checked.and_then(|()| admit(&hello));
         match checked {
             Ok(()) => {
                 let answer = hello_of(
-                    Role::Console,
+                    our_role,
                     token,
                     &hello.nonce,
                     &Hello {
@@ -104,11 +128,29 @@ pub(crate) async fn join_console(
     ticket: &Ticket,
     held: Option<[u8; 32]>,
 ) -> Result<[u8; 32], HandshakeError> {
+    join(link, [Role::Worker, Role::Console], ticket, held).await
+}
+
+/// The side of a worker that wants to ask another one of its set; gives the hash of the scene that the
+/// other has.
+pub(crate) async fn join_owner(
+    link: &mut Link,
+    ticket: &Ticket,
+) -> Result<[u8; 32], HandshakeError> {
+    join(link, [Role::Asker, Role::Owner], ticket, None).await
+}
+
+async fn join(
+    link: &mut Link,
+    [our_role, their_role]: [Role; 2],
+    ticket: &Ticket,
+    held: Option<[u8; 32]>,
+) -> Result<[u8; 32], HandshakeError> {
     link.reader.limit_body(MAX_BODY_BYTES);
     let said = timeout(HANDSHAKE_TIMEOUT, async {
         let (challenge, _) = Challenge::read(&link.reader.read().await?)?;
         let ours = hello_of(
-            Role::Worker,
+            our_role,
             &ticket.token,
             &challenge.nonce,
             &Hello {
@@ -131,11 +173,11 @@ pub(crate) async fn join_console(
             return Err(HandshakeError::IsRefused(reason));
         }
         let (theirs, _) = Hello::read(&frame)?;
-        if !is_proved(Role::Console, &theirs, &ticket.token, &ours.nonce) {
-            let reason = "the console does not know the token".into();
+        if !is_proved(their_role, &theirs, &ticket.token, &ours.nonce) {
+            let reason = "it does not know the token".into();
             return Err(HandshakeError::Refuses(reason));
         }
-        let no_scene = || HandshakeError::Refuses("the console has no scene".into());
+        let no_scene = || HandshakeError::Refuses("it has no scene".into());
         theirs.scene_hash.ok_or_else(no_scene)
     });
     let scene_hash = said.await.map_err(|_| HandshakeError::Timeout)??;
@@ -149,6 +191,10 @@ pub(crate) async fn join_console(
 enum Role {
     Console,
     Worker,
+    /// A worker that answers others of its set.
+    Owner,
+    /// A worker that asks others of its set.
+    Asker,
 }
 
 impl Role {
@@ -156,19 +202,22 @@ impl Role {
         match self {
             Self::Console => b"kilauea console",
             Self::Worker => b"kilauea worker",
+            Self::Owner => b"kilauea owner",
+            Self::Asker => b"kilauea asker",
         }
     }
 }
 
 /// The token before anything else, then what must be equal on both sides.
-fn check_worker(
+fn check(
+    their_role: Role,
     hello: &Hello,
     token: &Token,
     our_nonce: &[u8; 32],
     session: u64,
 ) -> Result<(), String> {
     let [first, last] = hello.protocols;
-    if !is_proved(Role::Worker, hello, token, our_nonce) {
+    if !is_proved(their_role, hello, token, our_nonce) {
         return Err("the token is not that of this session".into());
     }
     if !(first..=last).contains(&PROTOCOL) {

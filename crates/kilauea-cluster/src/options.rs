@@ -5,6 +5,9 @@ use std::net::IpAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use kilauea_render::{Broadcast, Packing};
+use serde::Deserialize;
+
 use crate::crew::Crew;
 
 /// What workers are.
@@ -51,6 +54,30 @@ pub struct ClusterOptions {
     pub tls: bool,
     /// Whether rays skip the code for what the scene does not have.
     pub specialize_rays: bool,
+    /// How the scene is spread over workers; none where each has all of it.
+    pub set: Option<SetOptions>,
+}
+
+/// How a scene is spread over sets of workers, each of which has a part of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+pub struct SetOptions {
+    /// Workers of a set.
+    pub size: SetSize,
+    /// Which members are asked what a ray meets.
+    pub broadcast: Broadcast,
+    /// How rays and hits are packed.
+    pub packing: Packing,
+}
+
+/// How many workers a set has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SetSize {
+    /// So many.
+    Workers(u32),
+    /// As few as can hold the scene and its trees where each has room for so many bytes of them.
+    /// Where one can, each has the whole scene.
+    Memory(u64),
 }
 
 impl ClusterOptions {
@@ -67,6 +94,7 @@ impl ClusterOptions {
             journal: None,
             crew: None,
             specialize_rays: true,
+            set: None,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::link::Traffic;
 
@@ -25,12 +25,25 @@ pub struct WorkerStats {
     pub working_secs: f64,
     /// Highest resident size of the process, bytes.
     pub peak_rss: u64,
+    /// Its place in a set; absent where each worker has the whole scene.
+    pub seat: Option<SeatStats>,
     /// Why it was lost; absent where it was there to the end.
     pub lost: Option<String>,
 }
 
-/// What the console sent and got.
+/// A worker's place in a set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SeatStats {
+    /// Number of the set.
+    pub set: u32,
+    /// Of the member in it.
+    pub member: u32,
+    /// What went over links with the other members, as it said in the end.
+    pub links: NetworkStats,
+}
+
+/// What one process sent and got.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NetworkStats {
     /// Bytes that went, headers included.
     pub bytes_sent: u64,

@@ -54,17 +54,21 @@ impl Authority {
 
     /// The console's own.
     pub(crate) fn console(&self) -> io::Result<Identity> {
-        self.issue(CONSOLE, ExtendedKeyUsagePurpose::ServerAuth)
+        self.issue(CONSOLE, &[ExtendedKeyUsagePurpose::ServerAuth])
     }
 
-    /// A worker's.
+    /// A worker's, who may be asked by other workers.
     pub(crate) fn worker(&self) -> io::Result<Identity> {
-        self.issue(WORKER, ExtendedKeyUsagePurpose::ClientAuth)
+        let usages = [
+            ExtendedKeyUsagePurpose::ClientAuth,
+            ExtendedKeyUsagePurpose::ServerAuth,
+        ];
+        self.issue(WORKER, &usages)
     }
 
-    fn issue(&self, name: &str, usage: ExtendedKeyUsagePurpose) -> io::Result<Identity> {
+    fn issue(&self, name: &str, usages: &[ExtendedKeyUsagePurpose]) -> io::Result<Identity> {
         let mut params = params(&[name.to_owned()])?;
-        params.extended_key_usages = vec![usage];
+        params.extended_key_usages = usages.to_vec();
         let key = KeyPair::generate().map_err(io::Error::other)?;
         let certificate = params.signed_by(&key, &self.0).map_err(io::Error::other)?;
         Ok(Identity {
@@ -84,7 +88,7 @@ fn params(names: &[String]) -> io::Result<CertificateParams> {
 }
 
 impl Identity {
-    /// The console's side: lets in whoever shows a certificate of the session.
+    /// The side that is connected to, a console or a worker: lets in whoever shows a certificate of the session.
     pub(crate) fn acceptor(&self) -> io::Result<TlsAcceptor> {
         let provider = provider();
         let verifier = WebPkiClientVerifier::builder_with_provider(
@@ -107,6 +111,15 @@ impl Identity {
 
     /// The worker's side, and the name to ask for.
     pub(crate) fn connector(&self) -> io::Result<(TlsConnector, ServerName<'static>)> {
+        self.connector_to(CONSOLE)
+    }
+
+    /// The same to another worker.
+    pub(crate) fn connector_to_worker(&self) -> io::Result<(TlsConnector, ServerName<'static>)> {
+        self.connector_to(WORKER)
+    }
+
+    fn connector_to(&self, name: &'static str) -> io::Result<(TlsConnector, ServerName<'static>)> {
         let (chain, key) = self.shown();
         let roots = self.roots()?;
         let config = ClientConfig::builder_with_provider(provider())
@@ -117,7 +130,7 @@ impl Identity {
                     .with_client_auth_cert(chain, key.into())
             })
             .map_err(io::Error::other)?;
-        let name = ServerName::try_from(CONSOLE).map_err(io::Error::other)?;
+        let name = ServerName::try_from(name).map_err(io::Error::other)?;
         Ok((Arc::new(config).into(), name))
     }
 

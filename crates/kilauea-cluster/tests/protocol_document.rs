@@ -3,11 +3,13 @@
 
 use std::fmt::Write;
 
+use kilauea_cluster::NetworkStats;
 use kilauea_cluster::protocol::{
-    Challenge, Failed, Finish, Frame, FrameKind, Heartbeat, Hello, Lease, LeaseStart, Manifest,
-    Message, PassesOver, Ready, Refused, Report, SceneBytes, Start, UnitDone, UnitRefused,
+    Challenge, Chunk, Failed, Finish, Frame, FrameKind, Heartbeat, Hello, Lease, LeaseStart,
+    Manifest, MemberAddress, Members, Message, PassesOver, Ready, Refused, Report, SceneBytes,
+    Seat, Start, UnitDone, UnitRefused,
 };
-use kilauea_render::{RenderStats, Tally, Unit};
+use kilauea_render::{Broadcast, Packing, RenderStats, Tally, Unit};
 use kilauea_scene::RenderSettings;
 
 const DOCUMENT: &str = include_str!("../../../docs/protocol.md");
@@ -51,10 +53,21 @@ fn samples() -> Vec<Frame> {
             specialize_rays: true,
             n_scene_bytes: 10,
             scene_hash: [3; 32],
+            seat: Some(Seat {
+                number: 1,
+                n_outline_bytes: 4,
+                n_chunks: 5,
+                broadcast: Broadcast::Culled,
+                packing: Packing::Lz4,
+            }),
         }
         .frame(EPOCH, &[]),
         SceneBytes.frame(EPOCH, &[1, 2, 3, 4]),
-        Ready { n_threads: 8 }.frame(EPOCH, &[]),
+        Ready {
+            n_threads: 8,
+            address: Some("[::1]:7".to_owned()),
+        }
+        .frame(EPOCH, &[]),
         Lease {
             id: 11,
             unit: unit(),
@@ -77,6 +90,7 @@ fn samples() -> Vec<Frame> {
         Finish.frame(EPOCH, &[]),
         Report {
             stats: RenderStats::default(),
+            links: NetworkStats::default(),
         }
         .frame(EPOCH, &[]),
         Failed { reason }.frame(EPOCH, &[]),
@@ -86,6 +100,19 @@ fn samples() -> Vec<Frame> {
             settings_hash: [4; 32],
         }
         .frame(0, &[]),
+        Members {
+            members: vec![MemberAddress {
+                number: 1,
+                epoch: EPOCH,
+                address: "[::1]:7".to_owned(),
+            }],
+        }
+        .frame(EPOCH, &[]),
+        Chunk {
+            prototype: 2,
+            number: 1,
+        }
+        .frame(EPOCH, &[1, 2, 3, 4]),
     ]
 }
 

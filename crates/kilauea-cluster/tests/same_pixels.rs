@@ -93,17 +93,20 @@ fn a_scene_is_the_same_after_its_bytes() {
 }
 
 #[test]
-fn what_workers_cannot_do_is_refused_in_words() {
-    let shot = Shot::new().with(|s| s.shading = Shading::Queued);
-    let result = shot.start(frame::options(2, WorkerKind::Threads)).finish();
-    let Err(ClusterError::Failed(reason)) = result.map(|_| ()) else {
-        panic!("it renders");
-    };
-    assert!(
-        reason.contains("shading") && reason.contains("queued"),
-        "{reason}"
-    );
+fn with_shades_that_wait() {
+    let alone = Shot::new().alone();
+    for shading in [Shading::Queued, Shading::Bytes] {
+        let shot = Shot::new().with(|s| {
+            s.shading = shading;
+            s.threads = 2;
+        });
+        let result = shot.start(frame::options(2, WorkerKind::Threads)).finish();
+        shot.check(&alone, &result.unwrap(), "shades that wait");
+    }
+}
 
+#[test]
+fn what_workers_cannot_do_is_refused_in_words() {
     let shot = Shot::new().with(|s| s.samples_per_pixel = 0);
     let refused = kilauea_cluster::ClusterJob::start(
         &shot.scene(),

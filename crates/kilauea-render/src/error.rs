@@ -35,6 +35,9 @@ pub enum RenderError {
     /// The scene cannot be spread over the members of a set.
     #[error(transparent)]
     Placement(#[from] PlacementError),
+    /// A part of a scene, and what is said of the whole, do not go together.
+    #[error("what is known of the whole scene is of another one than this part")]
+    OtherScene,
     /// A shader died of a bug.
     #[error("internal error in the shader of {material}: {message}")]
     ShaderPanicked {

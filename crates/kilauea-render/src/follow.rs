@@ -4,9 +4,12 @@ use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use kilauea_scene::Shading;
-use kilauea_spot::{Bytes, Context, Engine, Job, Pool, Program, Queue, RunError, Runtime};
+use kilauea_spot::{
+    Bytes, Context, Engine, Job, Pool, Program, Queue, RunError, Runtime, Server, Split,
+};
 
 use crate::integrator::{Answer, Question, RayTracer};
+use crate::set::{SetParts, Traffic};
 
 /// Follows paths that depend on nothing but their number.
 pub(crate) trait Follow: Sync {
@@ -47,6 +50,12 @@ pub(crate) fn follow_all<F: Follow, const CUTOUTS: bool>(
     workforce: Workforce,
 ) -> Result<Vec<F::Left>, RunError> {
     let Workforce { n_threads, shading } = workforce;
+    let far = answerer.set.filter(|asker| asker.is_far());
+    // One answer a round trip would take for ever.
+    let shading = match (shading, far) {
+        (Shading::Inline, Some(_)) => Shading::Queued,
+        (shading, _) => shading,
+    };
     let job = PathsJob::<F> {
         n_paths,
         per_root: match shading {
@@ -58,10 +67,19 @@ pub(crate) fn follow_all<F: Follow, const CUTOUTS: bool>(
     };
     let engine = Engine::new(n_threads);
     let program = FollowProgram(follower);
-    match shading {
-        Shading::Inline => engine.run_inline(&program, answerer, &job),
-        Shading::Queued => engine.run_queued(&program, &Queue::new(answerer), n_threads, &job),
-        Shading::Bytes => engine.run_queued(&program, &Bytes::new(answerer), n_threads, &job),
+    let run =
+        |server: &dyn Server<_>, n_servers| engine.run_queued(&program, server, n_servers, &job);
+    match (shading, far) {
+        (Shading::Inline, _) => engine.run_inline(&program, answerer, &job),
+        (_, Some(asker)) => {
+            // What these rays ask is not told apart.
+            let traffic = &Traffic::new(asker.n_members(), 0);
+            let blame = answerer.blame;
+            let parts = SetParts::<CUTOUTS>::by_values(asker, blame, traffic, n_threads);
+            run(&Split::new(&parts), 1)
+        }
+        (Shading::Queued, None) => run(&Queue::new(answerer), n_threads),
+        (Shading::Bytes, None) => run(&Bytes::new(answerer), n_threads),
     }?;
     Ok(job
         .left

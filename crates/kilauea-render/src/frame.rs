@@ -24,12 +24,13 @@ use crate::passes::{Passes, PixelRun, TILE_SIZE};
 use crate::photon::TracedPhotons;
 use crate::plain::run_plain;
 use crate::prepared::PreparedScene;
-use crate::program::{PassesJob, PixelProgram, Sampled};
+use crate::program::{PassesJob, PixelProgram, PixelRoots, Sampled};
 use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
 use crate::set::{SetParts, Traffic};
 use crate::shades::Shades;
 use crate::stats::{AimStats, CausticStats, GatherStats};
+use crate::unit_pixels::UnitPixels;
 use crate::units::UnitSource;
 
 /// What a run of SPOTs needs of a frame, and what it leaves there.
@@ -274,11 +275,9 @@ impl Frame {
             && self.settings.shading != Shading::Inline
         {
             let parts = SetParts::<CUTOUTS> {
-                asker,
-                blame: &self.blame,
                 as_bytes: (self.settings.shading == Shading::Bytes)
                     .then_some(self.conditions.packing),
-                traffic: &self.traffic,
+                ..SetParts::by_values(asker, &self.blame, &self.traffic, self.n_threads)
             };
             return self.run_queued((&program, &Split::new(&parts), 1), passes);
         }
@@ -299,11 +298,11 @@ impl Frame {
         }
     }
 
-    /// Each pass is a run of its own, as a pixel's passes must be summed in order. Each pixel is a
-    /// root, so that many are under way.
+    /// Each pass is a run of its own, as a pixel's passes must be summed in order; of a unit, a pixel
+    /// takes one after the other. Each pixel is a root, so that many are under way.
     fn run_queued<P: Program<Output = Sampled, Work = PixelRun>>(
         &self,
-        (program, server, n_servers): (&P, &impl Server<P>, usize),
+        (program, server, n_servers): (&P, &dyn Server<P>, usize),
         passes: Range<u32>,
     ) -> Result<(), RunError> {
         let memory = usize::try_from(self.settings.shade_memory_bytes).unwrap_or(usize::MAX);
@@ -314,17 +313,25 @@ impl Frame {
         } else {
             engine.budget_bytes(memory)
         };
+        let run = |roots: PixelRoots<'_>| {
+            let stats = engine.run_queued(program, server, n_servers, &roots)?;
+            self.lock_outcome().shades.add(&stats);
+            Ok(())
+        };
+        if let Some(source) = &self.units {
+            return run(PixelRoots::OfUnits(UnitPixels::new(
+                self, &**source, passes,
+            )));
+        }
         for pass in passes {
             if self.is_late() {
                 break;
             }
-            let job = PassesJob {
+            run(PixelRoots::OfPass(PassesJob {
                 frame: self,
                 passes: pass..pass + 1,
                 n_pixels: 1,
-            };
-            let stats = engine.run_queued(program, server, n_servers, &job)?;
-            self.lock_outcome().shades.add(&stats);
+            }))?;
         }
         Ok(())
     }

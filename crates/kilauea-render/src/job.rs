@@ -1,7 +1,7 @@
 //! A frame being rendered on engine threads of its own.
 
 use kilauea_film::{Aov, Film, FilmSettings, Filter};
-use kilauea_scene::{DataWindow, RenderSettings, Shading};
+use kilauea_scene::{DataWindow, RenderSettings};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
@@ -57,18 +57,12 @@ impl RenderJob {
     /// Starts rendering units of a frame as `source` hands them out, until it has no more. What is
     /// left of the frame is in its results; the statistics have what no unit was charged with.
     pub fn start_units(
+        conditions: Conditions,
         prepared: Arc<PreparedScene>,
         settings: RenderSettings,
         source: Arc<dyn UnitSource>,
     ) -> Result<Self, RenderError> {
-        if settings.shading != Shading::Inline {
-            return Err(RenderError::Setting {
-                name: "shading",
-                value: format!("{:?}", settings.shading).to_lowercase(),
-                reason: "workers of a cluster answer the questions of shades inline",
-            });
-        }
-        let mut frame = Frame::new(Conditions::default(), prepared, settings)?;
+        let mut frame = Frame::new(conditions, prepared, settings)?;
         frame.units = Some(source);
         Self::start_frame(frame)
     }

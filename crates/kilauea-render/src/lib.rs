@@ -35,6 +35,7 @@ mod shades;
 #[cfg(test)]
 mod statistics;
 mod stats;
+mod unit_pixels;
 mod units;
 
 pub use collect::CollectedFrame;
@@ -52,8 +53,8 @@ pub use prepared::{PrepareOptions, PreparedScene};
 #[doc(hidden)]
 pub use set::fuzzing;
 pub use set::{
-    Broadcast, MemberBytes, MemberStats, Packing, PlacementError, RaySample, RayTraffic, Set,
-    SetPlan, SetStats,
+    Broadcast, MemberBytes, MemberSeat, MemberStats, Packing, Partners, PartnersGone,
+    PlacementError, RaySample, RayTraffic, Set, SetOutline, SetPlan, SetStats,
 };
 pub use stats::{
     AimStats, CausticStats, GatherStats, Rays, RenderStats, SceneSize, peak_rss_bytes,

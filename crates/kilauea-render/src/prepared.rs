@@ -85,7 +85,7 @@ impl PreparedScene {
     }
 
     /// Adds to surfaces all that they are rendered with.
-    fn around(
+    pub(crate) fn around(
         (scene, geometry, set): (Arc<Scene>, Geometry, Option<Set>),
         size: SceneSize,
         options: &PrepareOptions,
@@ -139,6 +139,8 @@ impl PreparedScene {
 
     /// Bytes that each member of the set holds; none where all is here.
     pub fn member_bytes(&self) -> Vec<MemberBytes> {
-        self.set.as_ref().map(Set::bytes).unwrap_or_default()
+        let own = || MemberBytes::of(&self.scene, &self.geometry);
+        let bytes = self.set.as_ref().map(|set| set.bytes(own()));
+        bytes.unwrap_or_default()
     }
 }

@@ -11,6 +11,7 @@ use crate::frame::Frame;
 use crate::integrator::{Answer, Faults, Guide, Media, Merge, Question, RayTally};
 use crate::passes::PixelRun;
 use crate::samples::{PixelSampler, SampleStart};
+use crate::unit_pixels::UnitPixels;
 
 /// The program: a SPOT takes the samples of some pixels, one after the other.
 ///
@@ -155,20 +156,62 @@ impl PassesJob<'_> {
 
     /// Notes that pixels have been sampled.
     pub(crate) fn finish(&self, sampled: Sampled) {
-        let frame = self.frame;
+        self.frame.finish(sampled);
+    }
+}
+
+impl Frame {
+    /// Notes that pixels have been sampled, all of a unit if others hand those out.
+    pub(crate) fn finish(&self, sampled: Sampled) {
         let PixelRun { passes, .. } = &sampled.run;
-        let n_samples = u64::from(sampled.n_pixels) * frame.passes.samples(passes).len() as u64;
-        frame.pixels_sampled.fetch_add(n_samples, Ordering::Relaxed);
+        let n_samples = u64::from(sampled.n_pixels) * self.passes.samples(passes).len() as u64;
+        self.pixels_sampled.fetch_add(n_samples, Ordering::Relaxed);
         let n_passes = passes.len() as u32;
-        frame.note_done(&sampled.run, sampled.n_pixels * n_passes);
-        if let Some(source) = &frame.units {
-            frame.end_unit(&**source, sampled);
+        self.note_done(&sampled.run, sampled.n_pixels * n_passes);
+        if let Some(source) = &self.units {
+            self.end_unit(&**source, sampled);
         } else {
-            let mut outcome = frame.lock_outcome();
+            let mut outcome = self.lock_outcome();
             outcome.counts.add(sampled.counts);
             outcome
                 .faults
                 .merge(sampled.faults.map(|faults| *faults).unwrap_or_default());
+        }
+    }
+}
+
+/// Single pixels as roots. One type, as every job that a program is run with is compiled with it.
+pub(crate) enum PixelRoots<'f> {
+    OfPass(PassesJob<'f>),
+    OfUnits(UnitPixels<'f>),
+}
+
+impl<P: Program<Work = PixelRun, Output = Sampled>> Job<P> for PixelRoots<'_> {
+    fn root(&self, number: u64) -> Option<PixelRun> {
+        match self {
+            Self::OfPass(job) => job.next(number),
+            Self::OfUnits(job) => job.next(),
+        }
+    }
+
+    fn has_root(&self) -> bool {
+        match self {
+            Self::OfPass(_) => true,
+            Self::OfUnits(job) => job.has_next(),
+        }
+    }
+
+    fn done(&self, _number: u64, sampled: Sampled) {
+        match self {
+            Self::OfPass(job) => job.finish(sampled),
+            Self::OfUnits(job) => job.end_pixel(sampled),
+        }
+    }
+
+    fn is_cancelled(&self) -> bool {
+        match self {
+            Self::OfPass(PassesJob { frame, .. }) => frame.is_cancelled(),
+            Self::OfUnits(job) => job.is_cancelled(),
         }
     }
 }

@@ -31,7 +31,11 @@ impl Frame {
         }
         .names();
         let scene = &prepared.scene;
-        let members = prepared.member_bytes();
+        let beside = prepared
+            .set
+            .as_ref()
+            .map(Set::bytes_beside)
+            .unwrap_or_default();
         let tiles = prepared.textures.stats();
         let samples = self.film.n_samples();
         let mut warnings = prepared.warnings.clone();
@@ -63,9 +67,8 @@ impl Frame {
             },
             memory: Memory {
                 peak_rss: peak_rss_bytes(),
-                scene: scene.n_bytes() as u64 + members.iter().map(|m| m.scene).sum::<u64>(),
-                accel: prepared.geometry.accel().n_bytes() as u64
-                    + members.iter().map(|m| m.accel).sum::<u64>(),
+                scene: scene.n_bytes() as u64 + beside.scene,
+                accel: prepared.geometry.accel().n_bytes() as u64 + beside.accel,
                 lights: prepared.lights.n_bytes() as u64,
                 film: self.film.n_bytes(),
                 photons: outcome.caustics.bytes_peak,
@@ -89,7 +92,7 @@ impl Frame {
                 lights: prepared.lights.len() as u64,
                 ..prepared.size
             },
-            set: prepared.set.as_ref().map(|set| self.traffic.stats(set)),
+            set: self.traffic.stats(prepared),
             needs,
             skipped,
             is_complete: full_passes == self.passes.n_passes() || is_clean,

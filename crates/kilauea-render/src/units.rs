@@ -78,7 +78,10 @@ pub enum Availability {
 
 /// Hands out the units of a frame and takes their results. Called by many threads at once.
 pub trait UnitSource: Send + Sync {
-    /// Whether there are units whose passes start within `passes`. Waits for a moment where there are
+    /// Whether there are units whose passes start within `passes`.
+    fn look(&self, passes: &Range<u32>) -> Availability;
+
+    /// The same. Waits for a moment where there are
     /// none yet, but not for longer: the caller has to look whether anyone still waits for the frame.
     fn wait(&self, passes: &Range<u32>) -> Availability;
 
@@ -143,21 +146,32 @@ impl Frame {
         passes: &Range<u32>,
     ) -> Option<PixelRun> {
         while self.has_work(passes) {
-            let Some(UnitOrder { unit, start }) = source.take(passes) else {
-                continue;
-            };
-            match self.start_tile(&unit, &start) {
-                Ok(()) => {
-                    return Some(PixelRun {
-                        pixels: 0..self.passes.n_pixels(unit.tile),
-                        passes: unit.passes,
-                        tile: unit.tile,
-                    });
-                }
-                Err(error) => source.refused(unit, error),
+            let run = self.take_unit(source, passes);
+            if run.is_some() {
+                return run;
             }
         }
         None
+    }
+
+    /// The same without waiting; none where others were faster or the unit is refused.
+    pub(crate) fn take_unit(
+        &self,
+        source: &dyn UnitSource,
+        passes: &Range<u32>,
+    ) -> Option<PixelRun> {
+        let UnitOrder { unit, start } = source.take(passes)?;
+        match self.start_tile(&unit, &start) {
+            Ok(()) => Some(PixelRun {
+                pixels: 0..self.passes.n_pixels(unit.tile),
+                passes: unit.passes,
+                tile: unit.tile,
+            }),
+            Err(error) => {
+                source.refused(unit, error);
+                None
+            }
+        }
     }
 
     fn start_tile(&self, unit: &Unit, start: &TileStart) -> Result<(), UnitError> {

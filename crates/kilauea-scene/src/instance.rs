@@ -25,6 +25,11 @@ impl Prototype {
         self.chunks.is_empty() && self.curves.is_empty() && self.points.is_empty()
     }
 
+    /// Chunks of any kind.
+    pub fn n_chunks(&self) -> usize {
+        self.chunks.len() + self.curves.len() + self.points.len()
+    }
+
     /// Bytes of all chunk arrays.
     pub fn n_bytes(&self) -> usize {
         let meshes: usize = self.chunks.iter().map(MeshChunk::n_bytes).sum();

@@ -115,7 +115,7 @@ impl Engine {
     ) -> Result<Stats, RunError>
     where
         P: Program,
-        S: Server<P>,
+        S: Server<P> + ?Sized,
         J: Job<P>,
     {
         let exchange = Exchange::new(&self.limits);

@@ -40,6 +40,14 @@ pub enum RunError {
         /// What is wrong with it.
         source: WireError,
     },
+    /// A holder of a part of the data cannot be asked any more.
+    #[error("holder {part} does not answer: {reason}")]
+    Unanswered {
+        /// The part.
+        part: usize,
+        /// Why not.
+        reason: String,
+    },
     /// The system gave no thread.
     #[error("cannot start thread {thread}: {message}")]
     NoThread {

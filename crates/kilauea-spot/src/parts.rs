@@ -1,8 +1,8 @@
 //! Questions whose data lies in parts: some holders are asked each, and their answers combined.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex};
 use std::thread::scope;
 
 use crate::error::{RunError, panic_message};
@@ -42,14 +42,21 @@ pub trait Parts<P: Program>: Sync {
     /// in which they arrive, which must not matter.
     fn combine(&self, one: P::Answer, other: P::Answer) -> P::Answer;
 
-    /// A holder's answers, in the order of the questions, which are of one kind.
+    /// Batches that a holder may be asked at once: more than one where it is far away, so that it does
+    /// not wait for the next while an answer travels.
+    fn n_batches_out(&self, _part: usize) -> usize {
+        1
+    }
+
+    /// A holder's answers, in the order of the questions, which are of one kind. Called on as many
+    /// threads at once as it may be asked batches.
     ///
     /// # Errors
     /// If the holder cannot be asked, or what it says cannot be read: the run ends.
     fn answer(&self, part: usize, questions: Vec<P::Question>) -> Result<Vec<P::Answer>, RunError>;
 }
 
-/// Serves questions about data in parts: one thread routes, and one asks each holder.
+/// Serves questions about data in parts: one thread routes, and one or more ask each holder.
 pub struct Split<'a, A> {
     parts: &'a A,
 }
@@ -125,8 +132,12 @@ impl<P: Program<Question: Clone>, A: Parts<P>> Server<P> for Split<'_, A> {
         scope(|threads| {
             let senders = (0..self.parts.n_parts()).map(|part| {
                 let (to_holder, at_holder) = sync_channel(CHANNEL_CAPACITY);
-                let ask = move || self.ask_holder(part, &at_holder, pending, desk);
-                spawn_boxed(threads, Box::new(ask));
+                let at_holder = Arc::new(Mutex::new(at_holder));
+                for _ in 0..self.parts.n_batches_out(part).max(1) {
+                    let at_holder = Arc::clone(&at_holder);
+                    let ask = move || self.ask_holder(part, &at_holder, pending, desk);
+                    spawn_boxed(threads, Box::new(ask));
+                }
                 to_holder
             });
             let senders: Vec<_> = senders.collect();
@@ -217,13 +228,15 @@ impl<A> Split<'_, A> {
     fn ask_holder<P: Program>(
         &self,
         part: usize,
-        batches: &Receiver<Sealed<P::Question>>,
+        batches: &Mutex<Receiver<Sealed<P::Question>>>,
         pending: &Mutex<PendingTable<P::Answer>>,
         desk: &Desk<'_, P>,
     ) where
         A: Parts<P>,
     {
-        for Sealed { slots, questions } in batches {
+        // The lock is let go before the holder is asked.
+        let next = || lock(batches).recv().ok();
+        while let Some(Sealed { slots, questions }) = next() {
             let asked = catch_unwind(AssertUnwindSafe(|| self.parts.answer(part, questions)));
             let answers = match asked {
                 Ok(Ok(answers)) => answers,

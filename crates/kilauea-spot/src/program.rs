@@ -87,6 +87,12 @@ pub trait Job<P: Program>: Sync {
     /// asked for once, on any thread.
     fn root(&self, number: u64) -> Option<P::Work>;
 
+    /// Whether a root may be asked for now. Where not, threads go on with what is under way and look
+    /// again soon, so it must be cheap. Where it is so for one thread, another may be faster.
+    fn has_root(&self) -> bool {
+        true
+    }
+
     /// Takes the output of a root. Called in any order, on any thread: results must be put in
     /// order by `number`.
     fn done(&self, number: u64, output: P::Output);

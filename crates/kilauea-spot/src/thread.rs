@@ -140,14 +140,20 @@ where
         if pressure > Pressure::Start {
             return self.choose_privileged();
         }
-        if may_admit && let Some(root) = self.admit() {
+        if may_admit
+            && self.job.has_root()
+            && let Some(root) = self.admit()
+        {
             return Some(root);
         }
         self.exchange.steal(self.thread).map(Task::StartChild)
     }
 
     fn choose_first_come(&mut self, may_admit: bool) -> Option<Task<P>> {
-        if may_admit && let Some(task) = self.admit() {
+        if may_admit
+            && self.job.has_root()
+            && let Some(task) = self.admit()
+        {
             return Some(task);
         }
         if let Some(spot) = self.lane.borrow_mut().ready.pop() {

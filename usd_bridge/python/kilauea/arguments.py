@@ -45,6 +45,7 @@ _IGNORED_FLAGS = {
     **dict.fromkeys(_WITH_VALUE, 1),
     "--tile-count": 2,
 }
+_UNITS_OF_BYTES = {"": 1, "K": 1 << 10, "M": 1 << 20, "G": 1 << 30, "T": 1 << 40}
 _SILENTLY_IGNORED = {"-R", "--renderer", "--disableGpu", "--fast-exit"}
 _FALSE_WORDS = {"", "0", "false", "no", "off"}
 
@@ -121,6 +122,9 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("-j", "--threads", type=int, default=0, help="0 all cores, -1 all but one; of each worker")
     add("--workers", type=positive, metavar="N", help="processes that render, on this machine")
     add("--metrics", metavar="ADDRESS", help="serve figures for Prometheus, as 127.0.0.1:9100")
+    add("--set-size", type=positive, metavar="M", help="workers that share a scene between them")
+    add("--worker-memory", type=_bytes, metavar="BYTES", help="of a scene, such as 4G: sets by it")
+    add("--broadcast", choices=("culled", "full"), help="who of a set is asked; culled by default")
     add("--resume", action="store_true", help="go on from where workers were when this was killed")
     add(
         "--cluster",
@@ -204,6 +208,13 @@ def _seconds(text: str) -> float:
     if not 0 < value < float("inf"):
         raise argparse.ArgumentTypeError(f"{text} is not a time in seconds")
     return value
+
+
+def _bytes(text: str) -> int:
+    number, unit = (text[:-1], text[-1].upper()) if text[-1:].isalpha() else (text, "")
+    if unit not in _UNITS_OF_BYTES or not float(number) > 0:
+        raise argparse.ArgumentTypeError(f"{text} is not a number of bytes, such as 500M or 4G")
+    return int(float(number) * _UNITS_OF_BYTES[unit])
 
 
 def _noise(text: str) -> float:

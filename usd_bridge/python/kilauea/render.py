@@ -78,6 +78,8 @@ class RenderOptions:
     """A `kilauea._native.Crew` of workers that stay between frames."""
     metrics: Any = None
     """A `kilauea._native.MetricsServer` that shows the frame."""
+    set: dict[str, Any] | None = None
+    """How the scene is spread over sets of workers; none where each has all of it."""
     resume: bool = False
     """Go on from what workers had rendered when the same command was killed."""
 
@@ -216,7 +218,7 @@ def _sharing(options: RenderOptions) -> list[Any]:
     """Return how the work is shared out, where other processes do it."""
     if not options.has_workers:
         return []
-    sharing: dict[str, Any] = {"journal": _journal(options)}
+    sharing: dict[str, Any] = {"journal": _journal(options), "set": options.set}
     if options.cluster is None:
         sharing |= {"n_workers": options.workers, "command": worker.COMMAND}
     else:

@@ -139,8 +139,24 @@ def _check_workers(args: argparse.Namespace) -> None:
     has_workers = args.workers is not None or args.cluster is not None
     if args.metrics is not None and not has_workers:
         raise UsageError("--metrics shows what workers do: it needs --workers or --cluster")
-    if has_workers and args.shading not in (None, "inline"):
-        raise UsageError(f"workers render with --shading inline, not {args.shading}")
+    if _set(args) is not None and not has_workers:
+        raise UsageError("a set is of workers: it needs --workers or --cluster")
+
+
+def _set(args: argparse.Namespace) -> dict[str, Any] | None:
+    """Return how the scene is spread over sets of workers, if it is."""
+    if args.set_size is not None and args.worker_memory is not None:
+        raise UsageError("--set-size says how large sets are, or --worker-memory does: not both")
+    if args.set_size is None and args.worker_memory is None:
+        if args.broadcast is not None:
+            raise UsageError("--broadcast is for sets: it needs --set-size or --worker-memory")
+        return None
+    size = (
+        {"workers": args.set_size} if args.set_size is not None else {"memory": args.worker_memory}
+    )
+    # Machines are farther apart than processes of one: there, packing is faster than sending.
+    packing = "plain" if args.cluster is None else "lz4"
+    return {"size": size, "broadcast": args.broadcast or "culled", "packing": packing}
 
 
 def _render(
@@ -183,6 +199,7 @@ def _render(
             cluster=cluster,
             crew=crew,
             metrics=metrics,
+            set=_set(args),
             resume=args.resume,
         )
         stats = render_frame(frame, options, made.scene)

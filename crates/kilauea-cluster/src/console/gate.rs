@@ -3,26 +3,23 @@
 use std::collections::HashMap;
 use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, mpsc};
 use tokio::time::timeout;
 use tokio_rustls::TlsAcceptor;
 
+use super::payload::Payload;
 use crate::handshake::{HANDSHAKE_TIMEOUT, receive_worker};
 use crate::link::{FrameReader, FrameWriter, Link, Traffic};
-use crate::protocol::{Frame, FrameError, Hello, Message, SceneBytes, Start};
+use crate::protocol::{Frame, FrameError, Hello};
 use crate::ticket::Token;
 
 /// Connections that may be in the handshake at once; others wait.
 const MAX_HANDSHAKES: usize = 32;
 /// Frames that wait to be sent to a worker. It gets fewer than this while it is alive.
 const MAX_FRAMES_WAITING: usize = 256;
-/// Bytes of a piece of the scene.
-const PIECE_BYTES: usize = 16 << 20;
-/// Least time that a worker is given.
-const LEAST_SECS: f64 = 0.001;
 
 /// What happens at links. At most a few wait to be handled: readers wait where there are more, and
 /// nobody waits for readers.
@@ -49,15 +46,6 @@ pub(super) struct Gate {
     pub(super) payload: Arc<Payload>,
     pub(super) expected: Expected,
     pub(super) events: mpsc::Sender<Event>,
-}
-
-/// What every worker gets first.
-pub(super) struct Payload {
-    pub(super) start: Start,
-    pub(super) camera: Vec<u8>,
-    pub(super) scene: Vec<u8>,
-    /// When the frame began.
-    pub(super) begun: Instant,
 }
 
 /// The lives that were started and have not joined: rank and incarnation by epoch.
@@ -121,12 +109,12 @@ impl Gate {
 
     /// Lets a worker in, or sends it away. One that was to come and does not is missed by the console.
     pub(super) async fn receive(&self, mut link: Link) {
-        let scene_hash = self.payload.start.scene_hash;
+        let scene_hash = self.payload.scene_hash;
         let mut admit = |hello: &Hello| self.expected.admit(hello);
         let received =
             receive_worker(&mut link, &self.token, self.session, scene_hash, &mut admit).await;
         let Ok(hello) = received else { return };
-        let epoch = hello.epoch;
+        let (rank, epoch) = (hello.rank, hello.epoch);
         let has_scene = hello.scene_hash == Some(scene_hash);
         let (outbox, frames) = mpsc::channel(MAX_FRAMES_WAITING);
         let Link { reader, writer } = link;
@@ -137,7 +125,7 @@ impl Gate {
             .await
             .is_ok()
         {
-            tokio::spawn(send(writer, payload, has_scene, frames, epoch));
+            tokio::spawn(send(writer, payload, has_scene, frames, [rank, epoch]));
             tokio::spawn(receive_frames(reader, self.events.clone(), epoch));
         }
     }
@@ -149,22 +137,10 @@ async fn send(
     payload: Arc<Payload>,
     has_scene: bool,
     mut frames: mpsc::Receiver<Frame>,
-    epoch: u32,
+    [rank, epoch]: [u32; 2],
 ) -> Result<(), FrameError> {
-    let mut start = payload.start.clone();
-    start.settings.time_limit_secs = start
-        .settings
-        .time_limit_secs
-        .map(|limit| (limit - payload.begun.elapsed().as_secs_f64()).max(LEAST_SECS));
-    let scene: &[u8] = if has_scene { &[] } else { &payload.scene };
-    start.n_scene_bytes = scene.len() as u64;
-    writer.write(&start.frame(epoch, &payload.camera)).await?;
-    let n_pieces = scene.len().div_ceil(PIECE_BYTES);
-    for (i, piece) in scene.chunks(PIECE_BYTES).enumerate() {
-        let mut frame = SceneBytes.frame(epoch, piece);
-        frame.is_last = i + 1 == n_pieces;
-        writer.write(&frame).await?;
-    }
+    payload.send(&mut writer, has_scene, [rank, epoch]).await?;
+    drop(payload);
     while let Some(frame) = frames.recv().await {
         writer.write(&frame).await?;
     }

@@ -83,11 +83,18 @@ impl Console {
         };
         match said {
             Said::Alive(beat) => peer.stats.peak_rss = beat.peak_rss,
-            Said::Ready(ready) => peer.begin(ready.n_threads, now),
+            Said::Ready(ready) => {
+                let rank = peer.holder.rank;
+                peer.begin(ready, now);
+                self.tell_set_of(rank);
+            }
             Said::Done(done, sums) => self.take_result(epoch, frame, done, sums)?,
             Said::Refused(refused) => self.replace(epoch, &refused.reason)?,
             Said::Report(report) => {
                 peer.stage = Stage::Finished;
+                if let Some(seat) = &mut peer.stats.seat {
+                    seat.links = report.links;
+                }
                 self.reports.push((peer.holder, report.stats));
             }
             Said::Failed(failed) => return Err(ClusterError::Failed(failed.reason)),
@@ -149,9 +156,10 @@ impl Console {
 
 impl Peer {
     /// It has prepared the scene.
-    fn begin(&mut self, n_threads: u32, now: Duration) {
-        self.stats.threads = n_threads;
+    fn begin(&mut self, ready: Ready, now: Duration) {
+        self.stats.threads = ready.n_threads;
         self.ready_at = now;
+        self.address = ready.address;
         if let Stage::Preparing(outbox) = &self.stage {
             self.stage = Stage::Working(outbox.clone());
         }

@@ -11,7 +11,7 @@ use std::thread;
 use crate::link::{Link, Traffic, channel};
 use crate::options::WorkerKind;
 use crate::ticket::Ticket;
-use crate::worker::{runtime, work};
+use crate::worker::{HERE, runtime, work};
 
 /// A worker that was started.
 pub(super) enum Launched {
@@ -96,7 +96,7 @@ fn launch_thread(ticket: Ticket) -> io::Result<tokio::io::DuplexStream> {
         .spawn(move || {
             let link = Link::over_channel(theirs, ticket.session, Arc::new(Traffic::default()));
             // The console sees that the link ends, and says what that means for the frame.
-            let _ = runtime().map(|runtime| runtime.block_on(work(link, &ticket, None)));
+            let _ = runtime().map(|runtime| runtime.block_on(work(link, &ticket, HERE, None)));
         })?;
     Ok(ours)
 }

@@ -3,9 +3,11 @@
 mod gate;
 mod hear;
 mod launch;
+mod payload;
 mod peer;
 mod results;
 mod roster;
+mod set;
 #[cfg(test)]
 mod tests;
 mod watch;
@@ -16,7 +18,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use kilauea_render::{CollectedFrame, RenderResult, RenderStats};
-use kilauea_scene::{RenderSettings, Scene};
+use kilauea_scene::{RenderSettings, Scene, Shading};
 use tokio::net::TcpListener;
 use tokio::sync::mpsc;
 use tokio::time::interval;
@@ -30,17 +32,19 @@ use crate::link::Traffic;
 use crate::options::{ClusterOptions, WorkerKind};
 use crate::plan::Plan;
 use crate::protocol::{Finish, Frame, Lease, LeaseStart, Manifest, Message, PassesOver, Start};
-use crate::scene::{camera_to_bytes, scene_to_bytes};
+use crate::scene::{SceneChunks, camera_to_bytes};
 use crate::snapshot::UnitCounts;
 use crate::stats::{NetworkStats, WorkerStats};
 use crate::ticket::{Ticket, Token, random_u64};
 use crate::tls::Authority;
 use crate::worker::HEARTBEAT;
-use gate::{Event, Expected, Gate, Payload};
+use gate::{Event, Expected, Gate};
 pub(crate) use launch::WorkerProcess;
+use payload::{Payload, SceneForWorkers};
 use peer::{Peer, Stage};
 pub(crate) use results::restore;
 use results::settings_hash;
+use set::{Parts, Sets, merge_members};
 
 /// Events that wait to be handled.
 const MAX_EVENTS: usize = 256;
@@ -74,6 +78,8 @@ pub(crate) struct Console {
     ledger: Ledger,
     journal: Option<Journal>,
     gate: Gate,
+    /// None where each worker has the whole scene.
+    sets: Option<Sets>,
     events: mpsc::Receiver<Event>,
     address: String,
     /// Signs what workers show; none without TLS.
@@ -99,10 +105,11 @@ impl Console {
         options: ClusterOptions,
     ) -> Result<Self, ClusterError> {
         let begun = Instant::now();
-        let settings = &with_threads(settings, &options);
         scene
             .validate()
             .map_err(kilauea_render::RenderError::from)?;
+        let sets = Sets::of(scene, &options)?;
+        let settings = &of_workers(settings, &options, sets.is_some());
         let mut frame = CollectedFrame::new(settings)?;
         let n_threads = match settings.threads {
             0 => THREADS_ELSEWHERE,
@@ -112,8 +119,8 @@ impl Console {
         let plan = Plan::new(&frame, settings, n_threads);
         let mut ledger = Ledger::new(plan, options.patience);
         let camera = camera_to_bytes(&scene.camera);
-        let scene = scene_to_bytes(scene);
-        let scene_hash = *blake3::hash(&scene).as_bytes();
+        let chunks = SceneChunks::of(scene);
+        let scene_hash = *blake3::hash(&chunks.bytes).as_bytes();
         let manifest = Manifest {
             build_hash: build_hash(),
             scene_hash,
@@ -129,11 +136,16 @@ impl Console {
             .as_ref()
             .map(|authority| authority.console()?.acceptor());
         let (sender, events) = mpsc::channel(MAX_EVENTS);
+        let scene = match &sets {
+            None => SceneForWorkers::Whole(chunks.bytes),
+            Some(sets) => SceneForWorkers::Parts(Parts::of(scene, chunks, sets)?),
+        };
         let start = Start {
             settings: settings.clone(),
             specialize_rays: options.specialize_rays,
-            n_scene_bytes: scene.len() as u64,
-            scene_hash,
+            n_scene_bytes: scene.common().len() as u64,
+            scene_hash: *blake3::hash(scene.common()).as_bytes(),
+            seat: None,
         };
         Ok(Self {
             gate: Gate {
@@ -145,11 +157,13 @@ impl Console {
                     start,
                     camera,
                     scene,
+                    scene_hash,
                     begun,
                 }),
                 expected: Expected::default(),
                 events: sender,
             },
+            sets,
             options,
             frame,
             ledger,
@@ -321,11 +335,9 @@ impl Console {
         self.dismiss();
         self.reports.sort_by_key(|(holder, _)| holder.rank);
         let render_secs = self.now().as_secs_f64();
-        let mut report = self
-            .reports
-            .into_iter()
-            .next()
-            .map_or_else(RenderStats::default, |r| r.1);
+        let first = self.reports.first().map(|(_, stats)| stats.clone());
+        let mut report = first.unwrap_or_default();
+        merge_members(&self.reports, &mut report);
         let mut workers = self.lost;
         workers.extend(self.peers.into_values().map(|peer| peer.stats));
         workers.sort_by_key(|worker| (worker.rank, worker.incarnation));
@@ -345,8 +357,13 @@ impl Console {
     }
 }
 
-/// The same settings with the number of threads of one worker, 0 for all cores of its machine.
-fn with_threads(settings: &RenderSettings, options: &ClusterOptions) -> RenderSettings {
+/// The same settings with the number of threads of one worker, 0 for all cores of its machine. Members
+/// of a set ask each other in batches, so that shades wait.
+fn of_workers(
+    settings: &RenderSettings,
+    options: &ClusterOptions,
+    has_sets: bool,
+) -> RenderSettings {
     let n_cores = std::thread::available_parallelism().map_or(1, usize::from) as u32;
     let threads = match (settings.threads, &options.kind) {
         (0, WorkerKind::Threads | WorkerKind::Processes { .. }) => {
@@ -356,6 +373,10 @@ fn with_threads(settings: &RenderSettings, options: &ClusterOptions) -> RenderSe
     };
     RenderSettings {
         threads,
+        shading: match settings.shading {
+            Shading::Inline if has_sets => Shading::Queued,
+            shading => shading,
+        },
         ..settings.clone()
     }
 }

@@ -19,6 +19,8 @@ pub(super) struct Peer {
     pub(super) last_heard: Duration,
     /// When it could render.
     pub(super) ready_at: Duration,
+    /// Where it answers others of its set.
+    pub(super) address: Option<String>,
     /// Units that it holds.
     pub(super) n_leases: u32,
     /// Passes that it knows to be over.
@@ -51,11 +53,16 @@ impl Peer {
     }
 
     /// Whether it may get another unit: one for each thread, and one that waits for the first thread
-    /// to be free.
+    /// to be free. In a set one more, as pixels wait for what other members are asked.
     pub(super) fn is_free(&self, now: Duration, suspect_after: Duration) -> bool {
         matches!(self.stage, Stage::Working(_))
-            && self.n_leases <= self.stats.threads
+            && self.n_leases < self.n_leases_at_once()
             && now.saturating_sub(self.last_heard) < suspect_after
+    }
+
+    fn n_leases_at_once(&self) -> u32 {
+        let n_ahead = if self.address.is_some() { 2 } else { 1 };
+        self.stats.threads.saturating_add(n_ahead)
     }
 
     /// Why it is lost, if it is. One that has joined and says nothing is dead after a time.

@@ -1,7 +1,7 @@
 //! Results, and what a journal must know of a frame.
 
 use kilauea_render::{CollectedFrame, TileResult};
-use kilauea_scene::RenderSettings;
+use kilauea_scene::{RenderSettings, Shading};
 
 use crate::ledger::{Digest, Ledger};
 use crate::protocol::{Frame, Message, Start, UnitDone};
@@ -18,11 +18,14 @@ pub(super) fn digest(result: &TileResult) -> Digest {
     *blake3::hash(&said.body).as_bytes()
 }
 
-/// Of all settings that the image depends on, and of the camera: not how many threads there are.
+/// Of all settings that the image depends on, and of the camera: not how many threads there are, nor
+/// how questions are answered.
 pub(super) fn settings_hash(settings: &RenderSettings, camera: &[u8]) -> Digest {
     let settings = RenderSettings {
         threads: 0,
         texture_memory_bytes: 0,
+        shading: Shading::Inline,
+        shade_memory_bytes: 0,
         ..settings.clone()
     };
     let start = Start {
@@ -30,6 +33,7 @@ pub(super) fn settings_hash(settings: &RenderSettings, camera: &[u8]) -> Digest 
         specialize_rays: true,
         n_scene_bytes: 0,
         scene_hash: [0; 32],
+        seat: None,
     };
     *blake3::hash(&start.frame(0, camera).body).as_bytes()
 }

@@ -37,6 +37,7 @@ impl Console {
         let mut stats = WorkerStats {
             rank,
             incarnation,
+            seat: self.sets.as_ref().map(|sets| sets.seat(rank)),
             ..WorkerStats::default()
         };
         let idle = self.take_idle();
@@ -62,6 +63,7 @@ impl Console {
             stage: Stage::Starting,
             last_heard: self.now(),
             ready_at: Duration::ZERO,
+            address: None,
             n_leases: 0,
             n_passes_over: 0,
             stats,
@@ -143,10 +145,14 @@ impl Console {
         }
         let (rank, incarnation) = (peer.holder.rank, peer.stats.incarnation);
         self.bury(epoch, reason);
+        self.tell_set_of(rank);
         let n_restarts = self.n_started.saturating_sub(self.options.n_workers);
         let is_needed = !self.ledger.is_complete() && !self.is_late();
         if n_restarts < self.options.max_restarts && is_needed {
             return self.start_worker(rank, incarnation + 1);
+        }
+        if is_needed {
+            self.disband_set_of(rank);
         }
         if self.peers.is_empty() && is_needed {
             return Err(ClusterError::NoWorkers {

@@ -38,6 +38,7 @@ fn console<const N: usize>(
             stage: peer::Stage::Preparing(outbox),
             last_heard: Duration::ZERO,
             ready_at: Duration::ZERO,
+            address: None,
             n_leases: 0,
             n_passes_over: 0,
             stats: WorkerStats {
@@ -47,7 +48,15 @@ fn console<const N: usize>(
             process: None,
         };
         console.peers.insert(epoch, peer);
-        say(&mut console, epoch, &Ready { n_threads: 1 }, &[]);
+        say(
+            &mut console,
+            epoch,
+            &Ready {
+                n_threads: 1,
+                address: None,
+            },
+            &[],
+        );
         frames
     });
     (console, outboxes)

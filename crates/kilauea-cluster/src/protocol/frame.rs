@@ -10,7 +10,7 @@
 //! | 12..16 | CRC-32C | of the header with zeros here, then the body |
 //! | 16..24 | session | u64 |
 //! | 24..28 | epoch | u32 |
-//! | 28..30 | generation | u16 |
+//! | 28..30 | number of the batch of rays | u16 |
 //! | 30..32 | number of the frame on its link | u16, wraps |
 //!
 //! Numbers are little-endian.
@@ -36,8 +36,8 @@ pub struct Frame {
     pub is_last: bool,
     /// In which life of a worker it was sent: frames of earlier lives are dropped.
     pub epoch: u32,
-    /// Ray generation of what it carries; 0 where there is none.
-    pub generation: u16,
+    /// Number of the batch of rays that it asks or answers; 0 where there is none.
+    pub batch: u16,
     /// The body.
     pub body: Vec<u8>,
 }
@@ -63,17 +63,17 @@ pub struct Header {
     /// Of the header alone.
     checksum_so_far: u32,
     epoch: u32,
-    generation: u16,
+    batch: u16,
 }
 
 impl Frame {
-    /// A frame that stands for itself, of no ray.
+    /// A frame that stands for itself, of no batch.
     pub fn new(kind: FrameKind, epoch: u32, body: Vec<u8>) -> Self {
         Self {
             kind,
             is_last: true,
             epoch,
-            generation: 0,
+            batch: 0,
             body,
         }
     }
@@ -97,7 +97,7 @@ impl Frame {
         header[8..12].copy_from_slice(&length.to_le_bytes());
         header[16..24].copy_from_slice(&session.to_le_bytes());
         header[24..28].copy_from_slice(&self.epoch.to_le_bytes());
-        header[28..30].copy_from_slice(&self.generation.to_le_bytes());
+        header[28..30].copy_from_slice(&self.batch.to_le_bytes());
         header[30..32].copy_from_slice(&number.to_le_bytes());
         let checksum = crc32c_append(crc32c(&header), &self.body);
         header[12..16].copy_from_slice(&checksum.to_le_bytes());
@@ -148,7 +148,7 @@ impl Header {
             checksum: u32_at(12),
             checksum_so_far: crc32c(&unsummed),
             epoch: u32_at(24),
-            generation: u16_at(28),
+            batch: u16_at(28),
         })
     }
 
@@ -166,7 +166,7 @@ impl Header {
             kind: self.kind,
             is_last: self.is_last,
             epoch: self.epoch,
-            generation: self.generation,
+            batch: self.batch,
             body,
         })
     }

@@ -69,6 +69,10 @@ frame_kinds! {
     Rays = 16, DATA_BYTES;
     /// Between workers of a set: what rays met.
     Hits = 17, DATA_BYTES;
+    /// Console to worker: who is in its set.
+    Members = 18, CONTROL_BYTES;
+    /// Console to worker: a chunk of its part of the scene, or a piece of one.
+    Chunk = 19, SCENE_BYTES;
 }
 
 impl TryFrom<u8> for FrameKind {

@@ -2,12 +2,13 @@
 //!
 //! A body is the length of the record (u32), the record as [`super::codec`] writes it, and the rest.
 
-use kilauea_render::{RenderStats, Tally, Unit};
+use kilauea_render::{Broadcast, Packing, RenderStats, Tally, Unit};
 use kilauea_scene::RenderSettings;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
 use super::{Frame, FrameError, FrameKind, codec};
+use crate::stats::NetworkStats;
 
 /// A record that a frame of one kind holds.
 pub trait Message: Serialize + DeserializeOwned {
@@ -55,7 +56,7 @@ macro_rules! messages {
 
 messages! {
     Challenge, Hello, Refused, Heartbeat, Start, SceneBytes, Ready, Lease, PassesOver, UnitDone,
-    UnitRefused, Finish, Report, Failed, Manifest,
+    UnitRefused, Finish, Report, Failed, Manifest, Members, Chunk,
 }
 
 /// What a worker has to mix into its proof.
@@ -111,10 +112,55 @@ pub struct Start {
     pub settings: RenderSettings,
     /// Whether rays skip the code for what the scene does not have.
     pub specialize_rays: bool,
-    /// Bytes of the scene, which follows in pieces; 0 where the worker has it.
+    /// Bytes of the scene, which follows in pieces; 0 where the worker has it. In a set, of what all of
+    /// its members have.
     pub n_scene_bytes: u64,
     /// BLAKE3 of those bytes.
     pub scene_hash: [u8; 32],
+    /// The worker's place in a set; none where each worker has the whole scene.
+    pub seat: Option<Seat>,
+}
+
+/// A worker's place in a set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Seat {
+    /// Of the member in the set.
+    pub number: u32,
+    /// Of the bytes of the scene, the last ones: what is to be known of the whole.
+    pub n_outline_bytes: u64,
+    /// Chunks that follow.
+    pub n_chunks: u32,
+    /// Which members are asked what a ray meets.
+    pub broadcast: Broadcast,
+    /// How rays and hits are packed.
+    pub packing: Packing,
+}
+
+/// Says that the bulk data is a chunk, or a piece of one whose last piece has the flag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Chunk {
+    /// The prototype that it is of.
+    pub prototype: u32,
+    /// Its number there: meshes come first, then points, then curves.
+    pub number: u32,
+}
+
+/// The members of a set that are ready to answer.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Members {
+    /// In any order.
+    pub members: Vec<MemberAddress>,
+}
+
+/// Where a member of a set answers.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MemberAddress {
+    /// Of the member in the set.
+    pub number: u32,
+    /// Its life.
+    pub epoch: u32,
+    /// Host and port.
+    pub address: String,
 }
 
 /// Says that the bulk data is a piece of the scene.
@@ -122,10 +168,12 @@ pub struct Start {
 pub struct SceneBytes;
 
 /// Units may come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ready {
     /// Engine threads.
     pub n_threads: u32,
+    /// Where it answers other members of its set, host and port; none without a set.
+    pub address: Option<String>,
 }
 
 /// A unit, lent to one worker until a time that the console knows.
@@ -188,6 +236,8 @@ pub struct Finish;
 pub struct Report {
     /// Its statistics, without what was counted for units.
     pub stats: RenderStats,
+    /// What went over its links with other members of its set.
+    pub links: NetworkStats,
 }
 
 /// The frame cannot be rendered, by anyone.

@@ -10,6 +10,7 @@ pub use error::FrameError;
 pub use frame::{Expected, Frame, HEADER_BYTES, Header, MAGIC, PROTOCOL};
 pub use kind::FrameKind;
 pub use message::{
-    Challenge, Failed, Finish, Heartbeat, Hello, Lease, LeaseStart, Manifest, Message, PassesOver,
-    Ready, Refused, Report, SceneBytes, Start, UnitDone, UnitRefused,
+    Challenge, Chunk, Failed, Finish, Heartbeat, Hello, Lease, LeaseStart, Manifest, MemberAddress,
+    Members, Message, PassesOver, Ready, Refused, Report, SceneBytes, Seat, Start, UnitDone,
+    UnitRefused,
 };

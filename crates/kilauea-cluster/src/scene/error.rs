@@ -20,6 +20,14 @@ pub enum SceneBytesError {
         /// The number.
         value: u8,
     },
+    /// A chunk of a scene that does not have it.
+    #[error("the scene has no chunk {number} in prototype {prototype}")]
+    Chunk {
+        /// The prototype.
+        prototype: u32,
+        /// The chunk in it.
+        number: u32,
+    },
     /// A name that is no text.
     #[error(transparent)]
     Text(#[from] std::string::FromUtf8Error),

@@ -16,9 +16,13 @@ impl SceneWriter {
     pub(super) fn prototype(&mut self, prototype: &Prototype) {
         self.text(&prototype.path);
         self.array(&prototype.center.to_array());
-        self.list(&prototype.chunks, Self::mesh);
-        self.list(&prototype.curves, Self::curves);
-        self.list(&prototype.points, Self::points);
+        self.list(&prototype.chunks, |writer, of| writer.chunk(of, Self::mesh));
+        self.list(&prototype.curves, |writer, of| {
+            writer.chunk(of, Self::curves)
+        });
+        self.list(&prototype.points, |writer, of| {
+            writer.chunk(of, Self::points)
+        });
         self.list(&prototype.instances, Self::instances);
     }
 
@@ -112,7 +116,7 @@ impl SceneReader<'_> {
         })
     }
 
-    fn mesh(&mut self) -> Read<MeshChunk> {
+    pub(super) fn mesh(&mut self) -> Read<MeshChunk> {
         Ok(MeshChunk {
             prim_idx: self.u32()?,
             material: self.u32()?,
@@ -131,7 +135,7 @@ impl SceneReader<'_> {
         })
     }
 
-    fn curves(&mut self) -> Read<CurvesChunk> {
+    pub(super) fn curves(&mut self) -> Read<CurvesChunk> {
         Ok(CurvesChunk {
             prim_idx: self.u32()?,
             material: self.u32()?,
@@ -153,7 +157,7 @@ impl SceneReader<'_> {
         })
     }
 
-    fn points(&mut self) -> Read<PointsChunk> {
+    pub(super) fn points(&mut self) -> Read<PointsChunk> {
         Ok(PointsChunk {
             prim_idx: self.u32()?,
             material: self.u32()?,

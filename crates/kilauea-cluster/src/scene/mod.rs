@@ -3,6 +3,7 @@
 //! The camera is not in it, so that the same scene seen from elsewhere is the same bytes, nor are images: tile files are read by their paths, so that all processes must see the same
 //! files.
 
+mod chunks;
 mod error;
 mod geometry;
 mod read;
@@ -12,6 +13,7 @@ use kilauea_math::DVec3;
 use kilauea_scene::{Camera, Light, Material, Scene, TextureSource};
 use serde::{Deserialize, Serialize};
 
+pub(crate) use chunks::{SceneChunks, put_chunk};
 pub use error::SceneBytesError;
 use read::SceneReader;
 use write::SceneWriter;
@@ -51,6 +53,10 @@ pub(crate) fn camera_from_bytes(bytes: &[u8]) -> Result<Camera, SceneBytesError>
 
 /// The bytes of a scene, apart from its camera.
 pub fn scene_to_bytes(scene: &Scene) -> Vec<u8> {
+    write(scene).finish().0
+}
+
+fn write(scene: &Scene) -> SceneWriter {
     let records = RecordsRef {
         origin_world: scene.origin_world,
         prim_paths: &scene.prim_paths,
@@ -62,7 +68,7 @@ pub fn scene_to_bytes(scene: &Scene) -> Vec<u8> {
     let records = rmp_serde::to_vec_named(&records).expect("records of a scene can be written");
     writer.array(&records);
     writer.list(&scene.prototypes, SceneWriter::prototype);
-    writer.into_bytes()
+    writer
 }
 
 /// The scene of bytes that [`scene_to_bytes`] wrote, with a camera that stands for none. Nothing is allocated for what bytes promise and

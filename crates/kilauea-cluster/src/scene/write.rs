@@ -1,21 +1,34 @@
 //! Numbers, arrays and lists, one after the other.
 
+use std::ops::Range;
+
 use bytemuck::NoUninit;
 
 /// Appends.
 pub(super) struct SceneWriter {
     bytes: Vec<u8>,
+    /// Where chunks are, in the order in which they were written.
+    chunks: Vec<Range<usize>>,
 }
 
 impl SceneWriter {
     pub(super) fn with_capacity(n_bytes: usize) -> Self {
         Self {
             bytes: Vec::with_capacity(n_bytes),
+            chunks: Vec::new(),
         }
     }
 
-    pub(super) fn into_bytes(self) -> Vec<u8> {
-        self.bytes
+    /// All bytes, and where chunks are in them.
+    pub(super) fn finish(self) -> (Vec<u8>, Vec<Range<usize>>) {
+        (self.bytes, self.chunks)
+    }
+
+    /// Notes where a chunk is.
+    pub(super) fn chunk<T>(&mut self, chunk: &T, write: impl FnOnce(&mut Self, &T)) {
+        let start = self.bytes.len();
+        write(self, chunk);
+        self.chunks.push(start..self.bytes.len());
     }
 
     pub(super) fn u8(&mut self, value: u8) {

@@ -115,6 +115,10 @@ impl UnitSource for Leases {
         state.availability(passes)
     }
 
+    fn look(&self, passes: &Range<u32>) -> Availability {
+        self.lock().availability(passes)
+    }
+
     fn take(&self, passes: &Range<u32>) -> Option<UnitOrder> {
         let mut state = self.lock();
         let at = state.position(passes)?;

@@ -2,15 +2,19 @@
 
 mod held;
 mod leases;
+mod set;
 
 use std::io::{self, BufRead};
+use std::net::{IpAddr, Ipv4Addr};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use kilauea_render::{PrepareOptions, RenderJob, peak_rss_bytes};
-use kilauea_scene::Camera;
+use kilauea_render::{
+    Conditions, MemberSeat, PrepareOptions, PreparedScene, RenderJob, peak_rss_bytes,
+};
+use kilauea_scene::{Camera, RenderSettings};
 use tokio::net::TcpStream;
 use tokio::sync::mpsc;
 use tokio::time::{interval, timeout};
@@ -18,13 +22,15 @@ use tokio::time::{interval, timeout};
 use crate::handshake::{HANDSHAKE_TIMEOUT, HandshakeError, join_console};
 use crate::link::{FrameReader, FrameWriter, Link, Traffic};
 use crate::protocol::{
-    Failed, Finish, Frame, FrameError, FrameKind, Heartbeat, Lease, Message, PassesOver, Ready,
-    Report, SceneBytes, Start,
+    Failed, Finish, Frame, FrameError, FrameKind, Heartbeat, Lease, Members, Message, PassesOver,
+    Ready, Report, SceneBytes, Seat, Start,
 };
 use crate::scene::{SceneBytesError, camera_from_bytes};
+use crate::stats::NetworkStats;
 use crate::ticket::Ticket;
 use held::Held;
 use leases::Leases;
+use set::{Answerers, Part, SetLinks, SetSide, receive_part};
 
 /// How often both sides say that they are alive.
 pub(crate) const HEARTBEAT: Duration = Duration::from_millis(250);
@@ -82,13 +88,13 @@ impl Worker {
     pub fn work_for(&mut self, ticket: &Ticket) -> Result<(), WorkerError> {
         let held = self.held.take();
         self.held = runtime()?.block_on(async {
-            let link = connect(ticket)
+            let (link, host) = connect(ticket)
                 .await
                 .map_err(|error| WorkerError::Connect {
                     address: ticket.address.clone(),
                     error,
                 })?;
-            work(link, ticket, held).await
+            work(link, ticket, host, held).await
         })?;
         Ok(())
     }
@@ -116,22 +122,28 @@ pub fn run_worker_for(ticket: &Ticket) -> Result<(), WorkerError> {
     Worker::default().work_for(ticket)
 }
 
-async fn connect(ticket: &Ticket) -> io::Result<Link> {
+/// A link to the console, and the address of this machine at it.
+async fn connect(ticket: &Ticket) -> io::Result<(Link, IpAddr)> {
     let stream = TcpStream::connect(&ticket.address).await?;
+    let host = stream.local_addr()?.ip();
     let traffic = Arc::new(Traffic::default());
     let Some(identity) = &ticket.identity else {
-        return Link::over_tcp(stream, ticket.session, traffic);
+        return Ok((Link::over_tcp(stream, ticket.session, traffic)?, host));
     };
     let (connector, name) = identity.connector()?;
     let stream = timeout(HANDSHAKE_TIMEOUT, connector.connect(name, stream)).await??;
-    Link::over_tls(stream, ticket.session, traffic)
+    Ok((Link::over_tls(stream, ticket.session, traffic)?, host))
 }
 
+/// Where threads of one process reach each other.
+pub(crate) const HERE: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
+
 /// Works at one end of a link, with the scene that is held or the one that is sent; gives back the
-/// scene that it then has.
+/// scene that it then has. Other members of a set reach this one at `host`.
 pub(crate) async fn work(
     mut link: Link,
     ticket: &Ticket,
+    host: IpAddr,
     held: Option<Held>,
 ) -> Result<Option<Held>, WorkerError> {
     let held_hash = held.as_ref().map(Held::scene_hash);
@@ -139,7 +151,29 @@ pub(crate) async fn work(
     let Link { mut reader, writer } = link;
     let (outbox, frames) = mpsc::channel(MAX_FRAMES_WAITING);
     let sender = tokio::spawn(send_frames(writer, frames, ticket.epoch));
-    let order = receive_order(&mut reader, scene_hash).await?;
+    let Order {
+        start,
+        camera,
+        scene,
+    } = receive_order(&mut reader).await?;
+    let (work, set) = match &start.seat {
+        None => (Work::Whole(scene, held, camera), None),
+        Some(seat) => {
+            drop(held);
+            let common = scene.unwrap_or_default();
+            let mut part = receive_part(&mut reader, seat, common).await?;
+            part.scene.camera = camera;
+            let (set, answerers) = SetSide::open(ticket, seat, scene_hash, host).await?;
+            let membership = Membership {
+                seat: *seat,
+                links: Arc::clone(&set.links),
+                traffic: set.traffic(),
+                address: set.address.clone(),
+                answerers,
+            };
+            (Work::Part(Box::new((part, membership))), Some(set))
+        }
+    };
     let leases = Arc::new(Leases::new(outbox.clone(), ticket.epoch));
     let engine = Engine {
         leases: Arc::clone(&leases),
@@ -149,8 +183,8 @@ pub(crate) async fn work(
     };
     let engine = thread::Builder::new()
         .name("worker".into())
-        .spawn(move || engine.render(order, held))?;
-    let outcome = take_orders(&mut reader, &leases).await;
+        .spawn(move || engine.render(&start, work))?;
+    let outcome = take_orders(&mut reader, &leases, set.as_ref()).await;
     // Ends the engine, and with it the frames that wait to be sent.
     leases.close();
     sender.abort();
@@ -170,14 +204,11 @@ pub(crate) fn runtime() -> io::Result<tokio::runtime::Runtime> {
 struct Order {
     start: Start,
     camera: Camera,
-    /// None where this worker has it.
+    /// Or of what all members of a set have of it. None where this worker has it.
     scene: Option<Vec<u8>>,
 }
 
-async fn receive_order(
-    reader: &mut FrameReader,
-    scene_hash: [u8; 32],
-) -> Result<Order, WorkerError> {
+async fn receive_order(reader: &mut FrameReader) -> Result<Order, WorkerError> {
     let frame = reader.read().await?;
     let (start, camera) = Start::read(&frame)?;
     let mut order = Order {
@@ -203,7 +234,7 @@ async fn receive_order(
             return Err(WorkerError::SceneHash);
         }
         if frame.is_last {
-            let is_whole = *hasher.finalize().as_bytes() == scene_hash;
+            let is_whole = *hasher.finalize().as_bytes() == order.start.scene_hash;
             order.scene = Some(scene);
             return is_whole.then_some(order).ok_or(WorkerError::SceneHash);
         }
@@ -211,7 +242,11 @@ async fn receive_order(
 }
 
 /// Takes what the console sends until it closes the link after the last unit.
-async fn take_orders(reader: &mut FrameReader, leases: &Leases) -> Result<(), WorkerError> {
+async fn take_orders(
+    reader: &mut FrameReader,
+    leases: &Leases,
+    set: Option<&SetSide>,
+) -> Result<(), WorkerError> {
     let mut is_finished = false;
     loop {
         let frame = timeout(CONSOLE_TIMEOUT, reader.read()).await;
@@ -225,6 +260,12 @@ async fn take_orders(reader: &mut FrameReader, leases: &Leases) -> Result<(), Wo
             FrameKind::Lease => {
                 let (lease, sums) = Lease::read(&frame)?;
                 leases.add(lease, sums);
+            }
+            FrameKind::Members => {
+                let (members, _) = Members::read(&frame)?;
+                if let Some(set) = set {
+                    set.set_members(members);
+                }
             }
             FrameKind::PassesOver => leases.set_passes_over(PassesOver::read(&frame)?.0.n_passes),
             FrameKind::Finish => {
@@ -261,6 +302,49 @@ async fn send_frames(
     }
 }
 
+/// What a worker renders from.
+enum Work {
+    /// The bytes of a whole scene, or one that is held, and the camera.
+    Whole(Option<Vec<u8>>, Option<Held>, Camera),
+    /// A part of one.
+    Part(Box<(Part, Membership)>),
+}
+
+/// What a member of a set has to do with the others.
+struct Membership {
+    seat: Seat,
+    links: Arc<SetLinks>,
+    traffic: Arc<Traffic>,
+    address: String,
+    answerers: Answerers,
+}
+
+/// A scene that is ready, and what is to be said of it.
+struct Prepared {
+    scene: Arc<PreparedScene>,
+    conditions: Conditions,
+    /// Where other members of the set are answered.
+    address: Option<String>,
+    /// Links to them.
+    traffic: Arc<Traffic>,
+    /// Kept for the next frame.
+    held: Option<Held>,
+}
+
+impl Prepared {
+    /// A whole scene as a camera sees it.
+    fn whole(mut held: Held, camera: Camera) -> Result<Self, String> {
+        held.set_camera(camera)?;
+        Ok(Self {
+            scene: Arc::clone(&held.prepared),
+            conditions: Conditions::default(),
+            address: None,
+            traffic: Arc::default(),
+            held: Some(held),
+        })
+    }
+}
+
 /// What renders, on threads of its own.
 struct Engine {
     leases: Arc<Leases>,
@@ -271,10 +355,10 @@ struct Engine {
 }
 
 impl Engine {
-    fn render(self, order: Order, held: Option<Held>) -> Option<Held> {
-        let rendered = catch_unwind(AssertUnwindSafe(|| self.render_units(order, held)));
+    fn render(self, start: &Start, work: Work) -> Option<Held> {
+        let rendered = catch_unwind(AssertUnwindSafe(|| self.render_units(start, work)));
         let (said, held) = match rendered {
-            Ok(Ok((report, held))) => (report.frame(self.epoch, &[]), Some(held)),
+            Ok(Ok((report, held))) => (report.frame(self.epoch, &[]), held),
             Ok(Err(reason)) => (Failed { reason }.frame(self.epoch, &[]), None),
             Err(_) => {
                 let reason = "internal error: a worker panicked; its message is on stderr".into();
@@ -286,40 +370,89 @@ impl Engine {
         held
     }
 
-    fn render_units(&self, order: Order, held: Option<Held>) -> Result<(Report, Held), String> {
-        let Order {
-            start,
-            camera,
-            scene,
-        } = order;
-        let mut settings = start.settings;
+    fn render_units(&self, start: &Start, work: Work) -> Result<(Report, Option<Held>), String> {
+        let mut settings = start.settings.clone();
         let options = PrepareOptions {
             texture_memory_bytes: settings.texture_memory_bytes,
             specialize_rays: start.specialize_rays,
         };
-        let mut held = match (scene, held) {
-            (Some(bytes), held) => {
-                drop(held);
-                Held::prepare(bytes, start.scene_hash, options)
+        let Prepared {
+            scene,
+            conditions,
+            address,
+            traffic,
+            held,
+        } = match work {
+            Work::Whole(bytes, held, camera) => {
+                let held = match (bytes, held) {
+                    (Some(bytes), held) => {
+                        drop(held);
+                        Held::prepare(bytes, start.scene_hash, options)
+                    }
+                    (None, Some(held)) => held.again(options),
+                    (None, None) => Err("a worker was sent no scene and has none".into()),
+                }?;
+                Prepared::whole(held, camera)
             }
-            (None, Some(held)) => held.again(options),
-            (None, None) => Err("a worker was sent no scene and has none".into()),
+            Work::Part(part) => self.prepare_part(*part, &settings, &options),
         }?;
-        held.set_camera(camera)?;
         let n_threads = settings.threads;
         let preparing_secs = self.begun.elapsed().as_secs_f64();
         let limit = &mut settings.time_limit_secs;
         *limit = limit.map(|secs| (secs - preparing_secs).max(0.0));
-        let ready = Ready { n_threads }.frame(self.epoch, &[]);
+        let ready = Ready { n_threads, address }.frame(self.epoch, &[]);
         self.outbox
             .blocking_send(ready)
             .map_err(|error| error.to_string())?;
         let source = Arc::clone(&self.leases);
-        let job = RenderJob::start_units(Arc::clone(&held.prepared), settings, source)
+        let job = RenderJob::start_units(conditions, scene, settings, source)
             .map_err(|error| error.to_string())?;
         let result = job.finish().map_err(|error| error.to_string())?;
         let mut stats = result.stats;
         stats.warnings.truncate(MAX_WARNINGS);
-        Ok((Report { stats }, held))
+        let links = NetworkStats::from(&*traffic);
+        Ok((Report { stats, links }, held))
+    }
+
+    /// Prepares a part of a scene, and begins to answer from it.
+    fn prepare_part(
+        &self,
+        (part, membership): (Part, Membership),
+        settings: &RenderSettings,
+        options: &PrepareOptions,
+    ) -> Result<Prepared, String> {
+        let Membership {
+            seat,
+            links,
+            traffic,
+            address,
+            answerers,
+        } = membership;
+        let member_seat = MemberSeat {
+            outline: part.outline,
+            number: seat.number as usize,
+            partners: links,
+            packing: seat.packing,
+        };
+        let scene = PreparedScene::member(part.scene, member_seat, options);
+        let scene = Arc::new(scene.map_err(|error| error.to_string())?);
+        let n_threads = match settings.threads {
+            0 => thread::available_parallelism().map_or(1, usize::from),
+            n => n as usize,
+        };
+        answerers
+            .start(&scene, seat.packing, n_threads, &self.outbox, self.epoch)
+            .map_err(|error| format!("a worker cannot start threads: {error}"))?;
+        let conditions = Conditions {
+            broadcast: seat.broadcast,
+            ..Conditions::default()
+        };
+        Ok(Prepared {
+            scene,
+            conditions,
+            address: Some(address),
+            traffic,
+            held: None,
+        })
     }
 }

@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use kilauea_cluster::link::{Link, Traffic};
 use kilauea_cluster::protocol::{
-    Challenge, Failed, Finish, Frame, FrameKind, HEADER_BYTES, Heartbeat, Hello, Lease, LeaseStart,
-    Manifest, Message, PassesOver, Ready, Refused, Report, SceneBytes, Start, UnitDone,
-    UnitRefused,
+    Challenge, Chunk, Failed, Finish, Frame, FrameKind, HEADER_BYTES, Heartbeat, Hello, Lease,
+    LeaseStart, Manifest, MemberAddress, Members, Message, PassesOver, Ready, Refused, Report,
+    SceneBytes, Seat, Start, UnitDone, UnitRefused,
 };
-use kilauea_cluster::{Ticket, fuzzing, scene_from_bytes, scene_to_bytes};
-use kilauea_render::{CollectedFrame, RenderStats, Tally, TileResult, Unit};
+use kilauea_cluster::{NetworkStats, Ticket, fuzzing, scene_from_bytes, scene_to_bytes};
+use kilauea_render::{Broadcast, CollectedFrame, Packing, RenderStats, Tally, TileResult, Unit};
 
 use super::seeds;
 
@@ -308,6 +308,28 @@ fn all_messages() -> Vec<Frame> {
         specialize_rays: true,
         n_scene_bytes: 4,
         scene_hash: [3; 32],
+        seat: Some(Seat {
+            number: 1,
+            n_outline_bytes: 2,
+            n_chunks: 3,
+            broadcast: Broadcast::Culled,
+            packing: Packing::Lz4,
+        }),
+    };
+    let members = Members {
+        members: vec![MemberAddress {
+            number: 1,
+            epoch: 2,
+            address: "127.0.0.1:9".into(),
+        }],
+    };
+    let ready = Ready {
+        n_threads: 2,
+        address: Some("127.0.0.1:9".into()),
+    };
+    let chunk = Chunk {
+        prototype: 0,
+        number: 1,
     };
     let lease = Lease {
         id: 3,
@@ -323,6 +345,10 @@ fn all_messages() -> Vec<Frame> {
         warnings: vec![reason(), reason()],
         ..RenderStats::default()
     };
+    let report = Report {
+        stats,
+        links: NetworkStats::default(),
+    };
     let epoch = 1;
     vec![
         Challenge { nonce: [6; 32] }.frame(0, &[]),
@@ -331,13 +357,15 @@ fn all_messages() -> Vec<Frame> {
         Heartbeat { peak_rss: 1 << 20 }.frame(epoch, &[]),
         start.frame(epoch, &fuzzing::camera()),
         SceneBytes.frame(epoch, &[1, 2, 3, 4]),
-        Ready { n_threads: 2 }.frame(epoch, &[]),
+        chunk.frame(epoch, &[1, 2, 3, 4]),
+        ready.frame(epoch, &[]),
+        members.frame(epoch, &[]),
         lease.frame(epoch, &[1; 64]),
         PassesOver { n_passes: 1 }.frame(epoch, &[]),
         unit_done(unit()).frame(epoch, &[1; 64]),
         refused.frame(epoch, &[]),
         Finish.frame(epoch, &[]),
-        Report { stats }.frame(epoch, &[]),
+        report.frame(epoch, &[]),
         Failed { reason: reason() }.frame(epoch, &[]),
         fuzzing::manifest().frame(0, &[]),
     ]
@@ -360,7 +388,9 @@ fn read_message(frame: &Frame) -> Result<(), String> {
             fuzzing::read_camera(camera).map_err(|error| error.to_string())
         }
         FrameKind::SceneBytes => read::<SceneBytes>(frame),
+        FrameKind::Chunk => read::<Chunk>(frame),
         FrameKind::Ready => read::<Ready>(frame),
+        FrameKind::Members => read::<Members>(frame),
         FrameKind::Lease => read::<Lease>(frame),
         FrameKind::PassesOver => read::<PassesOver>(frame),
         FrameKind::UnitDone => read::<UnitDone>(frame),

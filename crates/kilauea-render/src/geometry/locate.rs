@@ -1,6 +1,7 @@
 use kilauea_accel::Hit;
 use kilauea_scene::{Attribute, CurvesChunk, MeshChunk, PointsChunk, Prototype, Visibility};
 use kilauea_shading::ElementCounts;
+use serde::{Deserialize, Serialize};
 
 use super::Geometry;
 
@@ -68,7 +69,7 @@ impl<'a> Chunk<'a> {
 }
 
 /// Where the primitives of a prototype's chunks begin, in the order of the acceleration structure.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct PrototypeIndex {
     primitives_before: Vec<u32>,
 }

@@ -20,6 +20,7 @@ use kilauea_math::{Bounds3, Vec3};
 use kilauea_scene::{Attribute, InstanceAttribute, MeshChunk, Scene, Visibility};
 use kilauea_shading::{Element, PrimvarSlot, Surface};
 use kilauea_texture::TextureStore;
+use serde::{Deserialize, Serialize};
 use shaders::Shader;
 
 use crate::RenderError;
@@ -55,6 +56,7 @@ pub struct Geometry {
 
 /// What all parts of a scene know of the whole: how primitives are numbered, and what their hits
 /// depend on besides.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Outline {
     accel: Whole,
     /// By prototype.
@@ -76,6 +78,11 @@ impl Outline {
         let geometries = scene.prototypes.iter();
         let geometries: Vec<_> = geometries.map(|p| accel_geometry(p, |_| true)).collect();
         Ok(Self::new(scene, &geometries, &placements))
+    }
+
+    /// Whether this could be of that scene, or of a part of it.
+    fn fits(&self, geometries: &[kilauea_accel::Geometry<'_>], placements: &[Placement]) -> bool {
+        self.prototypes.len() == geometries.len() && self.accel.fits(geometries, placements)
     }
 
     fn new(
@@ -123,6 +130,10 @@ impl Geometry {
                 accel_geometry(of, |chunk| is_here(ChunkId { prototype, chunk }))
             })
             .collect();
+        let fits = |outline: &Outline| outline.fits(&geometries, &accel_placements);
+        if outline.as_deref().is_some_and(|outline| !fits(outline)) {
+            return Err(RenderError::OtherScene);
+        }
         let outline = outline
             .unwrap_or_else(|| Arc::new(Outline::new(&scene, &geometries, &accel_placements)));
         let build_options = BuildOptions {

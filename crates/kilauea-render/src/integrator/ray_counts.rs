@@ -40,6 +40,17 @@ impl RayCounts {
     }
 }
 
+impl RayTally {
+    /// Adds the rays of another SPOT.
+    pub(crate) fn add(&mut self, other: Self) {
+        self.camera += other.camera;
+        self.shadow += other.shadow;
+        self.indirect += other.indirect;
+        self.invalid += other.invalid;
+        self.in_too_many_media += other.in_too_many_media;
+    }
+}
+
 impl From<RayTally> for RayCounts {
     fn from(tally: RayTally) -> Self {
         Self {

@@ -51,6 +51,8 @@ impl<'a, const CUTOUTS: bool> RayTracer<'a, CUTOUTS> {
     pub(crate) fn of(prepared: &'a PreparedScene, blame: &'a Blame) -> Self {
         let set = prepared.set.as_ref().map(|set| Asker {
             set,
+            geometry: &prepared.geometry,
+            textures: &prepared.textures,
             broadcast: Broadcast::default(),
         });
         Self {
@@ -83,9 +85,15 @@ impl<'a, const CUTOUTS: bool> RayTracer<'a, CUTOUTS> {
     /// The answer, which does not depend on where surfaces are.
     #[inline]
     pub(crate) fn answer_to(&self, question: Question) -> Answer {
-        if let Some(asker) = &self.set {
-            return asker.answer::<CUTOUTS>(question, self.blame);
+        match &self.set {
+            Some(asker) => asker.answer::<CUTOUTS>(question, self.blame),
+            None => self.answer_here(question),
         }
+    }
+
+    /// The answer as far as surfaces are here.
+    #[inline]
+    pub(crate) fn answer_here(&self, question: Question) -> Answer {
         match question {
             Question::Closest { ray, key } => Answer::Closest(self.closest(&ray, key)),
             Question::Occluded {

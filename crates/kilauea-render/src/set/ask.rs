@@ -1,13 +1,17 @@
 //! Whom to ask, and what becomes of several answers.
 
 use kilauea_accel::Ray;
-use serde::Deserialize;
+use kilauea_spot::RunError;
+use kilauea_texture::TextureStore;
+use serde::{Deserialize, Serialize};
 
 use super::Set;
-use crate::integrator::{Answer, Blame, Question};
+use super::member::Member;
+use crate::geometry::Geometry;
+use crate::integrator::{Answer, Blame, Question, RayTracer};
 
 /// Who is asked what a ray meets.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Broadcast {
     /// Those members whose chunks' boxes the ray pierces.
@@ -21,6 +25,10 @@ pub enum Broadcast {
 #[derive(Clone, Copy)]
 pub(crate) struct Asker<'a> {
     pub(crate) set: &'a Set,
+    /// Surfaces of who asks, who may be a member.
+    pub(crate) geometry: &'a Geometry,
+    /// Images of who asks.
+    pub(crate) textures: &'a TextureStore,
     pub(crate) broadcast: Broadcast,
 }
 
@@ -94,7 +102,7 @@ impl Answer {
     }
 }
 
-impl Asker<'_> {
+impl<'a> Asker<'a> {
     /// Who is asked.
     #[inline]
     pub(super) fn whom(&self, question: &Question) -> Whom {
@@ -108,16 +116,68 @@ impl Asker<'_> {
         }
     }
 
-    /// Asks one member after the other.
-    pub(crate) fn answer<const CUTOUTS: bool>(&self, question: Question, blame: &Blame) -> Answer {
+    /// Whether some members are in other processes.
+    pub(crate) fn is_far(&self) -> bool {
+        let is_far = |member: &Member| matches!(member, Member::Elsewhere(_));
+        self.set.members.iter().any(is_far)
+    }
+
+    /// Members of the set.
+    pub(crate) fn n_members(&self) -> usize {
+        self.set.members.len()
+    }
+
+    /// What answers for a member in this process.
+    pub(super) fn tracer_of<const CUTOUTS: bool>(
+        &self,
+        member: &'a Member,
+        blame: &'a Blame,
+    ) -> Option<RayTracer<'a, CUTOUTS>> {
+        match member {
+            Member::Beside(part) => Some(RayTracer::of_part(&part.geometry, &part.textures, blame)),
+            Member::Own => Some(RayTracer::of_part(self.geometry, self.textures, blame)),
+            Member::Elsewhere(_) => None,
+        }
+    }
+
+    /// Asks one member after the other, one question each: for those that are few.
+    pub(crate) fn answer<const CUTOUTS: bool>(
+        &self,
+        question: Question,
+        blame: &'a Blame,
+    ) -> Answer {
         let mut answer = question.answer_of_nobody();
         for number in self.whom(&question).numbers() {
-            let member = &self.set.members[number];
-            answer = answer.or(member.answer::<CUTOUTS>(question, blame));
+            // A member that can be asked no more fails the frame with the first batch that it is sent,
+            // so that what takes its place here comes to nothing.
+            let found = self.ask_one::<CUTOUTS>(number, question, blame);
+            answer = answer.or(found.unwrap_or_else(|_| question.answer_of_nobody()));
             if answer == Answer::Occluded(true) {
                 break;
             }
         }
         answer
+    }
+
+    fn ask_one<const CUTOUTS: bool>(
+        &self,
+        number: usize,
+        question: Question,
+        blame: &'a Blame,
+    ) -> Result<Answer, RunError> {
+        match &self.set.members[number] {
+            Member::Elsewhere(remote) => {
+                let asked = remote.ask(&[question])?;
+                let mut answers = asked.answers.into_iter();
+                Ok(answers
+                    .next()
+                    .unwrap_or_else(|| question.answer_of_nobody()))
+            }
+            member => {
+                let tracer = self.tracer_of::<CUTOUTS>(member, blame);
+                let answer = tracer.map(|tracer| tracer.answer_of_part(question));
+                Ok(answer.unwrap_or_else(|| question.answer_of_nobody()))
+            }
+        }
     }
 }

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use kilauea_accel::{BoxTree, Ray};
 use kilauea_math::Bounds3;
-use kilauea_scene::{Scene, Visibility};
+use kilauea_scene::Visibility;
 
 use super::ask::Whom;
+use super::outline::ChunkOutlines;
 use super::owners::SetPlan;
-use super::units::{chunk_bounds, units};
 use crate::geometry::{ChunkId, Geometry};
 
 /// The boxes of all placed chunks, with who holds what is inside.
@@ -29,29 +29,25 @@ struct Entry {
 }
 
 impl ChunkBoxes {
-    /// Boxes of a whole scene, placed as `geometry` has it.
+    /// Boxes of the chunks of a whole scene, placed as `geometry` has it.
     ///
     /// Prototypes that are placed once have a box for each chunk. The others have one for each
     /// placement and member, so that there are no more boxes than placements of parts.
-    pub(super) fn new(scene: &Scene, geometry: &Geometry, plan: &SetPlan) -> Self {
-        let bounds: Vec<Vec<Bounds3>> = scene.prototypes.iter().map(chunk_bounds).collect();
-        let mut n_placed = vec![0_u32; scene.prototypes.len()];
+    pub(super) fn new(chunks: &ChunkOutlines, geometry: &Geometry, plan: &SetPlan) -> Self {
+        let mut n_placed = vec![0_u32; chunks.bounds.len()];
         let placements = 0..geometry.n_placements() as u32;
         for placement in placements.clone() {
             n_placed[geometry.prototype_of(placement) as usize] += 1;
         }
         let mut boxes = Vec::new();
         let mut entries: Vec<Entry> = Vec::new();
-        let mut bytes: BTreeMap<ChunkId, u64> = units(scene)
-            .iter()
-            .map(|unit| (unit.id, unit.bytes))
-            .collect();
+        let mut bytes = chunks.bytes.clone();
         let mut unit_numbers = BTreeMap::new();
         let mut unit_bytes = Vec::new();
         for placement in placements {
             let prototype = geometry.prototype_of(placement);
             let begin = entries.len();
-            for (chunk, bounds) in (0..).zip(&bounds[prototype as usize]) {
+            for (chunk, bounds) in (0..).zip(&chunks.bounds[prototype as usize]) {
                 let visibility = geometry.chunk_visibility(placement, chunk);
                 if bounds.is_empty() || visibility.is_none() {
                     continue;
@@ -65,7 +61,8 @@ impl ChunkBoxes {
                     unit_bytes.len() as u32 - 1
                 });
                 // A chunk counts once, however often it is placed.
-                unit_bytes[unit as usize] += bytes.remove(&id).unwrap_or(0);
+                unit_bytes[unit as usize] +=
+                    std::mem::take(&mut bytes[prototype as usize][chunk as usize]);
                 let entry = Entry {
                     owner: owner as u8,
                     met_by: visibility,

@@ -4,22 +4,48 @@ use kilauea_scene::Scene;
 use kilauea_texture::TextureStore;
 
 use super::MemberBytes;
+use super::partners::Remote;
 use crate::geometry::Geometry;
-use crate::integrator::{Answer, Blame, Met, Question, RayTracer};
+use crate::integrator::{Answer, Met, Question, RayTracer};
 
 /// Who holds a part of the surfaces.
-pub(super) struct Member {
+pub(super) enum Member {
+    /// Another in this process.
+    Beside(Part),
+    /// Who asks: its surfaces are those of the prepared scene.
+    Own,
+    /// Another process.
+    Elsewhere(Remote),
+}
+
+/// A part of the surfaces.
+pub(super) struct Part {
     pub(super) scene: Arc<Scene>,
     pub(super) geometry: Geometry,
     /// For cut-outs.
     pub(super) textures: TextureStore,
 }
 
-impl Member {
-    /// The nearest of what is here, with what others need of it.
-    pub(super) fn answer<const CUTOUTS: bool>(&self, question: Question, blame: &Blame) -> Answer {
-        let tracer = RayTracer::<CUTOUTS>::of_part(&self.geometry, &self.textures, blame);
-        let answer = tracer.answer_to(question);
+impl Part {
+    pub(super) fn bytes(&self) -> MemberBytes {
+        MemberBytes::of(&self.scene, &self.geometry)
+    }
+}
+
+impl MemberBytes {
+    /// Of a part of a scene.
+    pub(crate) fn of(scene: &Scene, geometry: &Geometry) -> Self {
+        Self {
+            scene: scene.n_bytes() as u64,
+            accel: geometry.accel().n_bytes() as u64,
+        }
+    }
+}
+
+impl<const CUTOUTS: bool> RayTracer<'_, CUTOUTS> {
+    /// The nearest of a part, with what others need of it.
+    pub(super) fn answer_of_part(&self, question: Question) -> Answer {
+        let answer = self.answer_here(question);
         match (answer, question) {
             (Answer::Closest(Some(hit)), Question::Closest { ray, .. }) => {
                 let at = self.geometry.locate(&hit);
@@ -27,13 +53,6 @@ impl Member {
                 Answer::Met(Box::new(Met { hit, carried }))
             }
             (answer, _) => answer,
-        }
-    }
-
-    pub(super) fn bytes(&self) -> MemberBytes {
-        MemberBytes {
-            scene: self.scene.n_bytes() as u64,
-            accel: self.geometry.accel().n_bytes() as u64,
         }
     }
 }

@@ -10,7 +10,10 @@ mod carried_wire;
 mod cut;
 pub mod fuzzing;
 mod member;
+mod outline;
 mod owners;
+mod partners;
+mod process;
 mod server;
 mod traffic;
 mod units;
@@ -18,7 +21,10 @@ mod wire;
 
 pub(crate) use ask::Asker;
 pub use ask::Broadcast;
+pub use outline::SetOutline;
 pub use owners::{PlacementError, SetPlan};
+pub use partners::{Partners, PartnersGone};
+pub use process::MemberSeat;
 pub(crate) use server::SetParts;
 pub(crate) use traffic::Traffic;
 pub use traffic::{MemberStats, RaySample, RayTraffic, SetStats};
@@ -28,22 +34,23 @@ use std::sync::Arc;
 
 use kilauea_scene::Scene;
 use kilauea_texture::{TextureError, TextureStore};
+use shaders::Shader;
 
 use crate::RenderError;
-use crate::geometry::{Geometry, Outline};
+use crate::geometry::Geometry;
 use crate::prepared::PrepareOptions;
 use boxes::ChunkBoxes;
 use cut::cut;
-use member::Member;
+use member::{Member, Part};
 
-/// A set in this process.
+/// A set: its members, in this process or others, and where their chunks are.
 pub struct Set {
     members: Vec<Member>,
     boxes: ChunkBoxes,
 }
 
-/// Bytes that a member of a set holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+/// Bytes that a member of a set holds; zeros where that is not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct MemberBytes {
     /// Chunks.
     pub scene: u64,
@@ -59,45 +66,71 @@ impl Set {
         plan: &SetPlan,
         options: &PrepareOptions,
     ) -> Result<(Arc<Scene>, Geometry, Self), RenderError> {
-        let outline = Arc::new(Outline::of(scene)?);
+        let SetOutline { whole, chunks, .. } = SetOutline::of(scene, plan)?;
+        let whole = Arc::new(whole);
         let n_members = plan.n_members();
         let texture_bytes = options.texture_memory_bytes / n_members as u64;
         let members = (0..n_members).map(|number| {
             let part = Arc::new(cut(scene, |chunk, _| plan.owner(chunk) == number));
             let (textures, _) = TextureStore::open(&part.textures, texture_bytes);
             let is_here = |chunk| plan.owner(chunk) == number;
-            let outline = Some(Arc::clone(&outline));
-            let geometry = Geometry::build_part(Arc::clone(&part), outline, is_here, options)?;
-            Ok(Member {
+            let whole = Some(Arc::clone(&whole));
+            let geometry = Geometry::build_part(Arc::clone(&part), whole, is_here, options)?;
+            Ok(Member::Beside(Part {
                 scene: part,
                 geometry,
                 textures,
-            })
+            }))
         });
         let members: Vec<Member> = members.collect::<Result<_, RenderError>>()?;
-        let shines = |material: u32| {
-            let shaders = members[0].geometry.shaders();
-            shaders[material as usize].is_emissive()
-        };
-        let left = Arc::new(cut(scene, |_, material| shines(material)));
-        let geometry = Geometry::build_part(Arc::clone(&left), Some(outline), |_| false, options)?;
-        let boxes = ChunkBoxes::new(scene, &geometry, plan);
+        let shines = shining(scene)?;
+        let left = Arc::new(cut(scene, |_, material| shines[material as usize]));
+        let geometry = Geometry::build_part(Arc::clone(&left), Some(whole), |_| false, options)?;
+        let boxes = ChunkBoxes::new(&chunks, &geometry, plan);
         Ok((left, geometry, Self { members, boxes }))
     }
 
-    /// Bytes that each member holds.
-    pub(crate) fn bytes(&self) -> Vec<MemberBytes> {
-        self.members.iter().map(Member::bytes).collect()
+    /// Bytes that each member holds; `own` if it is who asks.
+    pub(crate) fn bytes(&self, own: MemberBytes) -> Vec<MemberBytes> {
+        let bytes = |member: &Member| match member {
+            Member::Beside(part) => part.bytes(),
+            Member::Own => own,
+            Member::Elsewhere(_) => MemberBytes::default(),
+        };
+        self.members.iter().map(bytes).collect()
+    }
+
+    /// Bytes that all members hold that are in this process beside who asks.
+    pub(crate) fn bytes_beside(&self) -> MemberBytes {
+        let bytes = self.parts().map(Part::bytes);
+        bytes.fold(MemberBytes::default(), |all, part| MemberBytes {
+            scene: all.scene + part.scene,
+            accel: all.accel + part.accel,
+        })
+    }
+
+    fn parts(&self) -> impl Iterator<Item = &Part> {
+        self.members.iter().filter_map(|member| match member {
+            Member::Beside(part) => Some(part),
+            Member::Own | Member::Elsewhere(_) => None,
+        })
     }
 
     /// What went wrong with images of cut-outs since this was asked last.
     pub(crate) fn take_texture_errors(&self) -> Vec<TextureError> {
-        let errors = self.members.iter().map(|m| m.textures.take_errors());
+        let errors = self.parts().map(|part| part.textures.take_errors());
         errors.flatten().collect()
     }
 
     /// What no ray can hit, in a line for each member that leaves something out.
     pub(crate) fn left_out(&self) -> impl Iterator<Item = String> + '_ {
-        self.members.iter().filter_map(|m| m.geometry.left_out())
+        self.parts().filter_map(|part| part.geometry.left_out())
     }
+}
+
+/// Whether surfaces of each material shine.
+fn shining(scene: &Scene) -> Result<Vec<bool>, RenderError> {
+    let shaders = scene.materials.iter().map(Shader::compile);
+    let shines = shaders.map(|shader| Ok(shader?.is_emissive()));
+    shines.collect()
 }

@@ -5,6 +5,7 @@ use std::cmp::Reverse;
 
 use kilauea_math::hash::combine;
 use kilauea_scene::Scene;
+use serde::{Deserialize, Serialize};
 
 use super::units::{Unit, units};
 use crate::geometry::ChunkId;
@@ -47,7 +48,7 @@ pub enum PlacementError {
 }
 
 /// Which member of a set holds which chunk.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SetPlan {
     /// By prototype and chunk.
     owners: Vec<Vec<u8>>,
@@ -107,6 +108,14 @@ impl SetPlan {
         &self.bytes
     }
 
+    /// Whether each of so many chunks, by prototype, has an owner that there is.
+    pub(super) fn fits(&self, n_chunks: impl Iterator<Item = usize>) -> bool {
+        let mut owners = self.owners.iter().flatten();
+        n_chunks.eq(self.owners.iter().map(Vec::len))
+            && self.n_members() <= MAX_MEMBERS
+            && owners.all(|&owner| usize::from(owner) < self.n_members())
+    }
+
     pub(crate) fn owner(&self, chunk: ChunkId) -> usize {
         self.owners[chunk.prototype as usize][chunk.chunk as usize].into()
     }
@@ -124,14 +133,11 @@ impl SetPlan {
                 unit.id,
             )
         });
-        let n_chunks = |prototype: &kilauea_scene::Prototype| {
-            prototype.chunks.len() + prototype.points.len() + prototype.curves.len()
-        };
         let mut plan = Self {
             owners: scene
                 .prototypes
                 .iter()
-                .map(|p| vec![0; n_chunks(p)])
+                .map(|p| vec![0; p.n_chunks()])
                 .collect(),
             bytes: vec![0; rooms.len()],
         };

@@ -1,22 +1,73 @@
-//! A set in this process as the engine asks it: in batches, to one thread for each member.
+//! A set as the engine asks it: in batches, on threads for each member.
+
+use std::time::Instant;
 
 use kilauea_accel::Visibility;
 use kilauea_spot::{Parts, Program, RunError, WireError};
 
 use super::ask::Asker;
+use super::member::Member;
+use super::partners::Asked;
 use super::traffic::{RayKind, Traffic};
 use super::wire::{
     Packing, decode_answers, decode_questions, encode_answers, encode_questions, pack, unpack,
 };
 use crate::integrator::{Answer, Blame, Question};
 
-/// The members of a set, each with a thread of its own.
+/// The members of a set, each asked on threads of its own.
 pub(crate) struct SetParts<'a, const CUTOUTS: bool> {
     pub(crate) asker: Asker<'a>,
     pub(crate) blame: &'a Blame,
-    /// How questions and answers travel; as values if not as bytes.
+    /// How questions and answers travel between members in this process; as values if not as bytes.
     pub(crate) as_bytes: Option<Packing>,
     pub(crate) traffic: &'a Traffic,
+    /// On which the member answers that is who asks.
+    pub(crate) n_threads: usize,
+}
+
+impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
+    /// Members in this process take values.
+    pub(crate) fn by_values(
+        asker: Asker<'a>,
+        blame: &'a Blame,
+        traffic: &'a Traffic,
+        n_threads: usize,
+    ) -> Self {
+        Self {
+            asker,
+            blame,
+            as_bytes: None,
+            traffic,
+            n_threads,
+        }
+    }
+
+    /// The answers of a member, and the bytes to and from it.
+    fn ask(
+        &self,
+        member: &Member,
+        questions: Vec<Question>,
+    ) -> Result<(Vec<Answer>, [usize; 2]), RunError> {
+        if let Member::Elsewhere(remote) = member {
+            let start = Instant::now();
+            let Asked { answers, n_bytes } = remote.ask(&questions)?;
+            self.traffic.count_batch(start.elapsed());
+            return Ok((answers, n_bytes));
+        }
+        let tracer = self.asker.tracer_of::<CUTOUTS>(member, self.blame);
+        let answer = |question: Question| match &tracer {
+            Some(tracer) => tracer.answer_of_part(question),
+            None => question.answer_of_nobody(),
+        };
+        let Some(packing) = self.as_bytes else {
+            return Ok((questions.into_iter().map(answer).collect(), [0; 2]));
+        };
+        let request = pack(&encode_questions(&questions), packing);
+        let reply = answer_bytes(&request, packing, answer).map_err(|e| malformed(&request, e))?;
+        let answers = unpack(&reply).and_then(|body| decode_answers(&questions, &body));
+        let answers = answers.map_err(|source| malformed(&reply, source))?;
+        Ok((answers, [request.len(), reply.len()]))
+    }
 }
 
 impl Question {
@@ -68,23 +119,21 @@ where
         one.or(other)
     }
 
+    fn n_batches_out(&self, part: usize) -> usize {
+        match &self.asker.set.members[part] {
+            Member::Elsewhere(remote) => remote.partners.n_batches_out(),
+            Member::Own => self.n_threads,
+            Member::Beside(_) => 1,
+        }
+    }
+
     fn answer(&self, part: usize, questions: Vec<Question>) -> Result<Vec<Answer>, RunError> {
         let Some(first) = questions.first() else {
             return Ok(Vec::new());
         };
         let kind = first.ray_kind();
-        let member = &self.asker.set.members[part];
-        let answer = |question| member.answer::<CUTOUTS>(question, self.blame);
-        let answers: Vec<Answer> = match self.as_bytes {
-            None => questions.into_iter().map(answer).collect(),
-            Some(packing) => {
-                let request = pack(&encode_questions(&questions), packing);
-                let reply = answer_bytes(&request, packing, answer)?;
-                self.traffic.count_bytes(kind, request.len(), reply.len());
-                let body = unpack(&reply).map_err(|source| malformed(&reply, source))?;
-                decode_answers(&questions, &body).map_err(|source| malformed(&reply, source))?
-            }
-        };
+        let (answers, n_bytes) = self.ask(&self.asker.set.members[part], questions)?;
+        self.traffic.count_bytes(kind, n_bytes);
         let n_met = answers.iter().filter(|answer| answer.is_met()).count();
         self.traffic.count_met(kind, n_met);
         Ok(answers)
@@ -92,18 +141,17 @@ where
 }
 
 /// The far side: it has nothing but bytes and what answers.
-fn answer_bytes(
+pub(super) fn answer_bytes(
     request: &[u8],
     packing: Packing,
     answer: impl FnMut(Question) -> Answer,
-) -> Result<Vec<u8>, RunError> {
-    let questions = unpack(request).and_then(|body| decode_questions(&body));
-    let questions = questions.map_err(|source| malformed(request, source))?;
+) -> Result<Vec<u8>, WireError> {
+    let questions = unpack(request).and_then(|body| decode_questions(&body))?;
     let answers: Vec<Answer> = questions.into_iter().map(answer).collect();
     Ok(pack(&encode_answers(&answers), packing))
 }
 
-fn malformed(bytes: &[u8], source: WireError) -> RunError {
+pub(super) fn malformed(bytes: &[u8], source: WireError) -> RunError {
     RunError::Malformed {
         n_bytes: bytes.len(),
         source,

@@ -2,13 +2,15 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use kilauea_accel::Ray;
 use kilauea_math::hash::combine;
 use serde::{Deserialize, Serialize};
 
+use super::MemberBytes;
 use super::ask::Whom;
-use super::{MemberBytes, Set};
+use crate::prepared::PreparedScene;
 
 /// What a ray is for. Rays of one kind travel together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +40,9 @@ pub(crate) struct Traffic {
     /// One ray in so many is sampled; none if zero.
     sample_one_in: u32,
     samples: Mutex<Vec<RaySample>>,
+    /// Batches that other processes were asked, and the time until their answers.
+    batches: AtomicU64,
+    micros_under_way: AtomicU64,
 }
 
 /// Most rays that are sampled.
@@ -62,17 +67,20 @@ struct KindCounters {
 }
 
 /// A frame over a set.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SetStats {
     /// Rays asked in batches, by what they are for. None where threads ask one by one.
     pub rays: Vec<RayTraffic>,
     /// The members, in order.
     pub members: Vec<MemberStats>,
+    /// Batches that members in other processes were asked.
+    pub batches: u64,
+    /// Seconds from when such a batch went out until its answers were there, for all of them: several
+    /// are under way at once.
+    pub seconds_under_way: f64,
     /// Some of the rays, where they were asked for: what sets of other sizes would be asked.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub samples: Vec<RaySample>,
     /// Bytes of what is placed together, where rays were sampled.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub box_bytes: Vec<u64>,
 }
 
@@ -107,6 +115,8 @@ impl Traffic {
         Self {
             sample_one_in,
             samples: Mutex::default(),
+            batches: AtomicU64::new(0),
+            micros_under_way: AtomicU64::new(0),
             kinds: Default::default(),
             asked: (0..n_members).map(|_| AtomicU64::new(0)).collect(),
         }
@@ -139,18 +149,27 @@ impl Traffic {
         add(&self.kinds[kind as usize].met, n as u64);
     }
 
-    pub(super) fn count_bytes(&self, kind: RayKind, to_member: usize, from_member: usize) {
+    /// Notes a batch that another process has answered.
+    pub(super) fn count_batch(&self, under_way: Duration) {
+        add(&self.batches, 1);
+        add(&self.micros_under_way, under_way.as_micros() as u64);
+    }
+
+    pub(super) fn count_bytes(&self, kind: RayKind, [to_member, from_member]: [usize; 2]) {
         let counters = &self.kinds[kind as usize];
         add(&counters.bytes_to_members, to_member as u64);
         add(&counters.bytes_from_members, from_member as u64);
     }
 
-    /// All counts, with what the members hold.
-    pub(crate) fn stats(&self, set: &Set) -> SetStats {
+    /// All counts, with what the members hold; none where there is no set.
+    pub(crate) fn stats(&self, prepared: &PreparedScene) -> Option<SetStats> {
+        let set = prepared.set.as_ref()?;
         let samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
         let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         let kinds = RayKind::ALL.into_iter().zip(&self.kinds);
-        SetStats {
+        Some(SetStats {
+            batches: get(&self.batches),
+            seconds_under_way: get(&self.micros_under_way) as f64 / 1e6,
             rays: kinds
                 .map(|(kind, counters)| RayTraffic {
                     kind: kind.name().to_owned(),
@@ -161,7 +180,7 @@ impl Traffic {
                     bytes_from_members: get(&counters.bytes_from_members),
                 })
                 .collect(),
-            members: (set.bytes().into_iter())
+            members: (prepared.member_bytes().into_iter())
                 .zip(&self.asked)
                 .map(|(bytes, asked)| MemberStats {
                     bytes,
@@ -174,6 +193,28 @@ impl Traffic {
                 set.boxes.unit_bytes().to_vec()
             },
             samples: samples.clone(),
+        })
+    }
+}
+
+impl SetStats {
+    /// Adds what another member of the same set, or of one like it, asked in the same frame. What a
+    /// member holds is known to itself alone.
+    pub fn add(&mut self, other: &Self) {
+        self.batches += other.batches;
+        self.seconds_under_way += other.seconds_under_way;
+        for (ours, theirs) in self.rays.iter_mut().zip(&other.rays) {
+            ours.rays += theirs.rays;
+            ours.asked += theirs.asked;
+            ours.met += theirs.met;
+            ours.bytes_to_members += theirs.bytes_to_members;
+            ours.bytes_from_members += theirs.bytes_from_members;
+        }
+        for (ours, theirs) in self.members.iter_mut().zip(&other.members) {
+            ours.asked += theirs.asked;
+            if ours.bytes == MemberBytes::default() {
+                ours.bytes = theirs.bytes;
+            }
         }
     }
 }

@@ -41,7 +41,7 @@ pub(super) fn units(scene: &Scene) -> Vec<Unit> {
 }
 
 /// By chunk: meshes, then points, then curves.
-fn chunk_bytes(prototype: &Prototype) -> Vec<u64> {
+pub(super) fn chunk_bytes(prototype: &Prototype) -> Vec<u64> {
     let meshes = prototype.chunks.iter().map(|c| {
         let tree = TREE_BYTES_PER_TRIANGLE * c.triangles.len() as u64;
         // A tree for each interval between motion keys.

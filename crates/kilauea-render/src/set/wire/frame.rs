@@ -1,10 +1,10 @@
 //! Bodies on the wire, packed or as they are.
 
 use kilauea_spot::WireError;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// How bodies go over the wire.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Packing {
     /// As they are: on links faster than packing is.

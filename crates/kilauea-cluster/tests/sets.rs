@@ -1,0 +1,242 @@
+//! A scene spread over sets of workers renders as one process renders it, whoever dies.
+
+mod frame;
+
+use std::thread::sleep;
+use std::time::Duration;
+
+use frame::{Shot, integrators, processes, signal, wait_for_progress};
+use kilauea_cluster::{
+    ClusterError, ClusterJob, ClusterOptions, ClusterResult, SetOptions, SetSize, WorkerKind,
+};
+use kilauea_math::hash::{mix32, unit_f32};
+use kilauea_render::{Broadcast, Packing};
+use kilauea_scene::Shading;
+
+const CULLED: SetOptions = SetOptions {
+    size: SetSize::Workers(2),
+    broadcast: Broadcast::Culled,
+    packing: Packing::Plain,
+};
+
+/// So many workers in sets of `size`.
+fn options(n_workers: u32, size: u32, kind: WorkerKind) -> ClusterOptions {
+    ClusterOptions {
+        set: Some(SetOptions {
+            size: SetSize::Workers(size),
+            ..CULLED
+        }),
+        ..frame::options(n_workers, kind)
+    }
+}
+
+/// Fails where a set did not do what sets do.
+fn check_set(result: &ClusterResult, size: usize, what: &str) {
+    let set = result.frame.stats.set.as_ref().expect(what);
+    assert_eq!(set.members.len(), size, "{what}");
+    for (number, member) in set.members.iter().enumerate() {
+        assert!(member.bytes.scene > 0, "{what}: {number} holds nothing");
+        assert!(member.asked > 0, "{what}: {number} was not asked");
+    }
+    let n_asked: u64 = set.rays.iter().map(|rays| rays.asked).sum();
+    let n_rays: u64 = set.rays.iter().map(|rays| rays.rays).sum();
+    assert!(n_rays > 0 && n_asked > 0, "{what}: {set:?}");
+    assert!(set.batches > 0 && set.seconds_under_way > 0.0, "{what}");
+    for worker in &result.workers {
+        let seat = worker.seat.expect(what);
+        assert_eq!(seat.set * size as u32 + seat.member, worker.rank, "{what}");
+    }
+}
+
+fn check(kind: &WorkerKind, tls: bool, broadcast: Broadcast, packing: Packing) {
+    for (name, integrator, gi) in integrators() {
+        let shot = Shot::new().with(|s| {
+            s.integrator = integrator;
+            s.gi = gi;
+        });
+        let alone = shot.alone();
+        for size in [2, 3] {
+            let what = format!("{name}, a set of {size}, {broadcast:?}, TLS {tls}");
+            let options = ClusterOptions {
+                tls,
+                set: Some(SetOptions {
+                    size: SetSize::Workers(size),
+                    broadcast,
+                    packing,
+                }),
+                ..frame::options(size, kind.clone())
+            };
+            let result = shot.start(options).finish().expect(&what);
+            shot.check(&alone, &result, &what);
+            check_set(&result, size as usize, &what);
+            assert!(result.workers.iter().all(|w| w.lost.is_none()), "{what}");
+        }
+    }
+}
+
+#[test]
+fn over_tcp_to_those_that_may_meet_a_ray() {
+    check(&processes(), false, Broadcast::Culled, Packing::Plain);
+}
+
+#[test]
+fn over_tcp_to_all() {
+    check(&processes(), false, Broadcast::Full, Packing::Lz4);
+}
+
+#[test]
+fn over_tls_to_those_that_may_meet_a_ray() {
+    check(&processes(), true, Broadcast::Culled, Packing::Lz4);
+}
+
+#[test]
+fn over_tls_to_all() {
+    check(&WorkerKind::Threads, true, Broadcast::Full, Packing::Plain);
+}
+
+#[test]
+fn several_sets_with_several_threads() {
+    let shot = Shot::new().with(|s| {
+        s.threads = 2;
+        s.samples_per_pixel = 20;
+        s.shading = Shading::Bytes;
+    });
+    let alone = shot.alone();
+    let result = shot.start(options(4, 2, WorkerKind::Threads)).finish();
+    let result = result.expect("two sets");
+    shot.check(&alone, &result, "two sets of two");
+    check_set(&result, 2, "two sets of two");
+}
+
+/// Random numbers of a test.
+fn random(seed: u32, i: u32) -> f64 {
+    f64::from(unit_f32(mix32(mix32(seed) ^ i)))
+}
+
+/// How often a worker is killed for each integrator: `KILAUEA_KILLS`, or twice.
+fn n_kills() -> u32 {
+    let asked = std::env::var("KILAUEA_KILLS");
+    asked.ok().and_then(|n| n.parse().ok()).unwrap_or(2)
+}
+
+/// Kills a worker at a random moment.
+fn kill_one(job: &ClusterJob, seed: u32) {
+    wait_for_progress(job, 0.8 * random(seed, 1));
+    sleep(Duration::from_secs_f64(0.05 * random(seed, 2)));
+    let pids = job.worker_pids();
+    if let Some(&pid) = pids.get((random(seed, 3) * pids.len() as f64) as usize) {
+        signal("KILL", pid);
+    }
+}
+
+#[test]
+fn a_member_killed_at_any_moment_changes_no_bit() {
+    for (name, integrator, gi) in integrators() {
+        let shot = Shot::new().with(|s| {
+            s.samples_per_pixel = 12;
+            s.integrator = integrator;
+            s.gi = gi;
+        });
+        let alone = shot.alone();
+        for seed in 0..n_kills() {
+            let what = format!("{name}, seed {seed}");
+            let job = shot.start(options(2, 2, processes()));
+            kill_one(&job, seed);
+            let result = job.finish().expect(&what);
+            shot.check(&alone, &result, &what);
+        }
+    }
+}
+
+#[test]
+fn other_sets_go_on_while_one_has_lost_a_member() {
+    let shot = Shot::long();
+    let alone = shot.alone();
+    let job = shot.start(options(4, 2, processes()));
+    wait_for_progress(&job, 0.2);
+    signal("KILL", job.worker_pids()[0]);
+    let result = job.finish().expect("two sets");
+    shot.check(&alone, &result, "one of four killed");
+    let lost: Vec<u32> = (result.workers.iter())
+        .filter(|worker| worker.lost.is_some())
+        .map(|worker| worker.rank)
+        .collect();
+    assert_eq!(lost, [0], "{:?}", result.workers);
+}
+
+#[test]
+fn a_set_whose_member_cannot_be_replaced_is_given_up() {
+    let shot = Shot::long();
+    let alone = shot.alone();
+    let without_restarts = |n_workers| ClusterOptions {
+        max_restarts: 0,
+        ..options(n_workers, 2, processes())
+    };
+    let job = shot.start(without_restarts(4));
+    wait_for_progress(&job, 0.1);
+    signal("KILL", job.worker_pids()[0]);
+    let result = job.finish().expect("the other set goes on");
+    shot.check(&alone, &result, "a set is lost");
+    let lost = |rank: usize| result.workers[rank].lost.as_deref();
+    assert!(lost(0).is_some() && lost(2).is_none() && lost(3).is_none());
+    assert_eq!(lost(1), Some("member 0 of its set is lost"));
+
+    let job = shot.start(without_restarts(2));
+    wait_for_progress(&job, 0.1);
+    signal("KILL", job.worker_pids()[0]);
+    let error = job.finish().map(|_| ()).unwrap_err();
+    assert!(matches!(error, ClusterError::NoWorkers { .. }), "{error}");
+}
+
+fn refusal(n_workers: u32, size: SetSize) -> String {
+    let shot = Shot::new();
+    let options = ClusterOptions {
+        set: Some(SetOptions { size, ..CULLED }),
+        ..frame::options(n_workers, WorkerKind::Threads)
+    };
+    let started = ClusterJob::start(&shot.scene(), &shot.settings, options);
+    started.map(|_| ()).unwrap_err().to_string()
+}
+
+#[test]
+fn what_cannot_be_spread_is_refused_with_its_sizes() {
+    let odd = refusal(3, SetSize::Workers(2));
+    assert!(
+        odd.contains("3 workers") && odd.contains("sets of 2"),
+        "{odd}"
+    );
+    let none = refusal(2, SetSize::Workers(0));
+    assert!(none.contains("not 0"), "{none}");
+    let chunk = refusal(2, SetSize::Memory(1000));
+    assert!(chunk.contains("1000") && chunk.contains('/'), "{chunk}");
+}
+
+#[test]
+fn sets_are_as_small_as_memory_lets_them_be() {
+    let shot = Shot::new();
+    let scene = shot.scene();
+    let bytes = kilauea_render::SetPlan::even(&scene, 1).unwrap().bytes()[0];
+    let with_memory = |bytes| ClusterOptions {
+        set: Some(SetOptions {
+            size: SetSize::Memory(bytes),
+            ..CULLED
+        }),
+        ..frame::options(4, WorkerKind::Threads)
+    };
+    let result = shot.start(with_memory(bytes)).finish().unwrap();
+    assert!(result.frame.stats.set.is_none(), "each holds all");
+    // Three would do, of which one of four would be left over.
+    let largest = kilauea_render::SetPlan::even(&scene, 3).unwrap();
+    let largest = largest.bytes().iter().max().copied().unwrap();
+    let result = shot.start(with_memory(largest)).finish().unwrap();
+    let n_members = result.frame.stats.set.map(|set| set.members.len());
+    assert!(
+        n_members == Some(4) || n_members == Some(2),
+        "{n_members:?}"
+    );
+    shot.check(
+        &shot.alone(),
+        &shot.start(with_memory(largest)).finish().unwrap(),
+        "by memory",
+    );
+}
