@@ -9,7 +9,7 @@ use kilauea_spot::{
 };
 
 use crate::integrator::{Answer, Question, RayTracer};
-use crate::set::{SetParts, Traffic};
+use crate::set::{Asker, SetParts, Traffic};
 
 /// Follows paths that depend on nothing but their number.
 pub(crate) trait Follow: Sync {
@@ -50,7 +50,7 @@ pub(crate) fn follow_all<F: Follow, const CUTOUTS: bool>(
     workforce: Workforce,
 ) -> Result<Vec<F::Left>, RunError> {
     let Workforce { n_threads, shading } = workforce;
-    let far = answerer.set.filter(|asker| asker.is_far());
+    let far = answerer.set.filter(Asker::is_far);
     // One answer a round trip would take for ever.
     let shading = match (shading, far) {
         (Shading::Inline, Some(_)) => Shading::Queued,

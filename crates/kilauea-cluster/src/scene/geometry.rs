@@ -18,10 +18,10 @@ impl SceneWriter {
         self.array(&prototype.center.to_array());
         self.list(&prototype.chunks, |writer, of| writer.chunk(of, Self::mesh));
         self.list(&prototype.curves, |writer, of| {
-            writer.chunk(of, Self::curves)
+            writer.chunk(of, Self::curves);
         });
         self.list(&prototype.points, |writer, of| {
-            writer.chunk(of, Self::points)
+            writer.chunk(of, Self::points);
         });
         self.list(&prototype.instances, Self::instances);
     }

@@ -11,7 +11,7 @@ use crate::integrator::{Answer, Met, Question, RayTracer};
 /// Who holds a part of the surfaces.
 pub(super) enum Member {
     /// Another in this process.
-    Beside(Part),
+    Beside(Box<Part>),
     /// Who asks: its surfaces are those of the prepared scene.
     Own,
     /// Another process.

@@ -76,11 +76,11 @@ impl Set {
             let is_here = |chunk| plan.owner(chunk) == number;
             let whole = Some(Arc::clone(&whole));
             let geometry = Geometry::build_part(Arc::clone(&part), whole, is_here, options)?;
-            Ok(Member::Beside(Part {
+            Ok(Member::Beside(Box::new(Part {
                 scene: part,
                 geometry,
                 textures,
-            }))
+            })))
         });
         let members: Vec<Member> = members.collect::<Result<_, RenderError>>()?;
         let shines = shining(scene)?;
@@ -111,7 +111,7 @@ impl Set {
 
     fn parts(&self) -> impl Iterator<Item = &Part> {
         self.members.iter().filter_map(|member| match member {
-            Member::Beside(part) => Some(part),
+            Member::Beside(part) => Some(&**part),
             Member::Own | Member::Elsewhere(_) => None,
         })
     }

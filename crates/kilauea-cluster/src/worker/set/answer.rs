@@ -8,7 +8,7 @@ use std::thread;
 use kilauea_render::{Packing, PreparedScene};
 use tokio::sync::mpsc;
 
-use crate::protocol::{Failed, Frame, FrameError, FrameKind, Message};
+use crate::protocol::{Failed, Frame, FrameKind, Message};
 
 /// Batches that wait to be answered; links are not read where there are more.
 pub(super) const MAX_BATCHES_WAITING: usize = 16;
@@ -18,10 +18,11 @@ pub(super) struct Batch {
     pub(super) number: u16,
     pub(super) rays: Vec<u8>,
     /// To where it is sent from.
-    pub(super) answers: mpsc::Sender<Result<Frame, FrameError>>,
+    pub(super) answers: mpsc::Sender<Frame>,
 }
 
-/// Answers batches on so many threads until there is nobody who could ask.
+/// Answers batches on so many threads until there is nobody who could ask. What cannot be answered
+/// ends the frame, by way of `failed`: who asks would ask again.
 pub(super) fn start_answering(
     batches: mpsc::Receiver<Batch>,
     prepared: &Arc<PreparedScene>,
@@ -40,11 +41,9 @@ pub(super) fn start_answering(
             let next = || lock(&batches).blocking_recv();
             while let Some(batch) = next() {
                 let answered = catch_unwind(AssertUnwindSafe(|| batch.answer(&prepared, packing)));
-                if answered.is_err() {
-                    let reason =
-                        "internal error: a worker panicked as it answered another; its message is \
-                         on stderr"
-                            .to_owned();
+                let panicked = "internal error: a worker panicked as it answered another; its \
+                                message is on stderr";
+                if let Err(reason) = answered.unwrap_or_else(|_| Err(panicked.to_owned())) {
                     // Where nobody takes it any more, the frame is over anyway.
                     let _ = failed.blocking_send(Failed { reason }.frame(epoch, &[]));
                     return;
@@ -58,19 +57,27 @@ pub(super) fn start_answering(
 }
 
 impl Batch {
-    fn answer(self, prepared: &PreparedScene, packing: Packing) {
-        let hits = prepared.answer_batch(&self.rays, packing);
-        let answer = hits.map_err(|error| FrameError::Body {
-            kind: FrameKind::Rays,
-            reason: error.to_string(),
-        });
-        let answer = answer.map(|hits| Frame {
+    /// Answers, or says in words why that cannot be.
+    fn answer(self, prepared: &PreparedScene, packing: Packing) -> Result<(), String> {
+        let hits = prepared
+            .answer_batch(&self.rays, packing)
+            .map_err(|error| format!("internal error: rays of another worker: {error}"))?;
+        let limit = FrameKind::Hits.limit();
+        if hits.len() > limit as usize {
+            let n_bytes = hits.len();
+            return Err(format!(
+                "what a batch of rays hits takes {n_bytes} bytes, over the limit of {limit}: too many \
+                 primvars for a scene that is spread over a set"
+            ));
+        }
+        let frame = Frame {
             batch: self.number,
-            // Frames with hits are told apart by their link and number, not by a life.
+            // Hits are told apart by their link and number, not by a life.
             ..Frame::new(FrameKind::Hits, 0, hits)
-        });
+        };
         // A link that has ended needs no answer.
-        let _ = self.answers.blocking_send(answer);
+        let _ = self.answers.blocking_send(frame);
+        Ok(())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Keeps links to the other members of a set, over which they are asked.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -52,11 +52,11 @@ pub(super) async fn keep_links(
     own_number: u32,
     mut members: watch::Receiver<Members>,
 ) {
-    let mut linked: HashMap<u32, (u32, AbortHandle)> = HashMap::new();
+    let mut linked: BTreeMap<u32, (u32, AbortHandle)> = BTreeMap::new();
     loop {
         let now = members.borrow_and_update().clone();
         let others = now.members.into_iter().filter(|m| m.number != own_number);
-        let others: HashMap<u32, MemberAddress> = others.map(|m| (m.number, m)).collect();
+        let others: BTreeMap<u32, MemberAddress> = others.map(|m| (m.number, m)).collect();
         linked.retain(|number, (epoch, task)| {
             let is_there = others.get(number).is_some_and(|m| m.epoch == *epoch);
             if !is_there {

@@ -82,7 +82,7 @@ impl Door {
     async fn take_rays(
         &self,
         mut reader: FrameReader,
-        answers: mpsc::Sender<Result<Frame, FrameError>>,
+        answers: mpsc::Sender<Frame>,
         n_open: &AtomicUsize,
     ) -> Result<(), FrameError> {
         loop {
@@ -108,13 +108,13 @@ impl Door {
 
 async fn send_hits(
     mut writer: FrameWriter,
-    mut answers: mpsc::Receiver<Result<Frame, FrameError>>,
+    mut answers: mpsc::Receiver<Frame>,
     n_open: &AtomicUsize,
 ) -> Result<(), FrameError> {
     while let Some(answer) = answers.recv().await {
         // Before it is sent: who gets it may ask at once.
         n_open.fetch_sub(1, Ordering::AcqRel);
-        writer.write(&answer?).await?;
+        writer.write(&answer).await?;
     }
     Ok(())
 }
