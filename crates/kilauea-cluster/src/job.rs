@@ -104,7 +104,8 @@ impl ClusterJob {
         self.status.lock().ended.push((epoch, reason));
     }
 
-    /// Has one more worker, where a machine has become free: it is started as the others were.
+    /// Has one more worker, where a machine has become free: it is started as the others were. Where
+    /// the scene is spread over sets it has nothing to do until there are as many as a set has members.
     pub fn add_worker(&self) {
         self.status.lock().n_added += 1;
     }

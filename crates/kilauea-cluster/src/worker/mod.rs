@@ -157,7 +157,14 @@ pub(crate) async fn work(
         scene,
     } = receive_order(&mut reader).await?;
     let (work, set) = match &start.seat {
-        None => (Work::Whole(scene, held, camera), None),
+        None => {
+            let whole = Whole {
+                bytes: scene,
+                held,
+                camera,
+            };
+            (Work::Whole(Box::new(whole)), None)
+        }
         Some(seat) => {
             drop(held);
             let common = scene.unwrap_or_default();
@@ -304,10 +311,17 @@ async fn send_frames(
 
 /// What a worker renders from.
 enum Work {
-    /// The bytes of a whole scene, or one that is held, and the camera.
-    Whole(Option<Vec<u8>>, Option<Held>, Camera),
+    /// A whole scene.
+    Whole(Box<Whole>),
     /// A part of one.
     Part(Box<(Part, Membership)>),
+}
+
+/// A whole scene that is sent, or one that is held.
+struct Whole {
+    bytes: Option<Vec<u8>>,
+    held: Option<Held>,
+    camera: Camera,
 }
 
 /// What a member of a set has to do with the others.
@@ -331,11 +345,18 @@ struct Prepared {
     held: Option<Held>,
 }
 
-impl Prepared {
-    /// A whole scene as a camera sees it.
-    fn whole(mut held: Held, camera: Camera) -> Result<Self, String> {
-        held.set_camera(camera)?;
-        Ok(Self {
+impl Whole {
+    fn prepare(self, scene_hash: [u8; 32], options: PrepareOptions) -> Result<Prepared, String> {
+        let mut held = match (self.bytes, self.held) {
+            (Some(bytes), held) => {
+                drop(held);
+                Held::prepare(bytes, scene_hash, options)
+            }
+            (None, Some(held)) => held.again(options),
+            (None, None) => Err("a worker was sent no scene and has none".into()),
+        }?;
+        held.set_camera(self.camera)?;
+        Ok(Prepared {
             scene: Arc::clone(&held.prepared),
             conditions: Conditions::default(),
             address: None,
@@ -383,17 +404,7 @@ impl Engine {
             traffic,
             held,
         } = match work {
-            Work::Whole(bytes, held, camera) => {
-                let held = match (bytes, held) {
-                    (Some(bytes), held) => {
-                        drop(held);
-                        Held::prepare(bytes, start.scene_hash, options)
-                    }
-                    (None, Some(held)) => held.again(options),
-                    (None, None) => Err("a worker was sent no scene and has none".into()),
-                }?;
-                Prepared::whole(held, camera)
-            }
+            Work::Whole(whole) => whole.prepare(start.scene_hash, options),
             Work::Part(part) => self.prepare_part(*part, &settings, &options),
         }?;
         let n_threads = settings.threads;
