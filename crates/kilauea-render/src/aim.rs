@@ -16,7 +16,7 @@ use crate::photon::{PhotonRequest, TracedArrivals, trace_arrivals};
 use crate::stats::AimStats;
 
 /// Paths of light for each path of a frame.
-const PHOTON_SHARE: f64 = 1.0 / 16.0;
+const PHOTON_SHARE: f64 = 1.0 / 8.0;
 /// Of these, those that tell where to send the others.
 const PILOT_SHARE: f64 = 1.0 / 4.0;
 /// A frame for which fewer were to be traced goes without.

@@ -126,13 +126,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             max_depth: request.max_depth,
             kept,
             share: 1.0 / request.n_emitted as f32,
-            footprint: match kept {
-                // A mirror among matte texels is still one.
-                Kept::Arrivals => 0.0,
-                Kept::All | Kept::Caustic => {
-                    (emitter.mean_cross_section() / request.n_emitted as f32).sqrt()
-                }
-            },
+            footprint: (emitter.mean_cross_section() / request.n_emitted as f32).sqrt(),
             sequence: tables.pixel([0, 0]),
             media_of_source: emitter.sources().map(media).collect(),
         }
