@@ -36,6 +36,11 @@ impl<E> Events<E> {
         }));
     }
 
+    /// When that will be.
+    pub(crate) fn next_time(&self) -> Option<f64> {
+        self.heap.peek().map(|Reverse(scheduled)| scheduled.time)
+    }
+
     /// Goes on to what happens next.
     pub(crate) fn next(&mut self) -> Option<E> {
         let Reverse(scheduled) = self.heap.pop()?;

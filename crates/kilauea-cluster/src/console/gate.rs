@@ -131,7 +131,8 @@ impl Gate {
     }
 }
 
-/// Sends the scene to a worker that has it not, then what the console has to say. Ends where the link does, which the reader sees.
+/// Sends the scene to a worker that has it not, then what the console has to say. Ends where the link
+/// does, which the reader sees.
 async fn send(
     mut writer: FrameWriter,
     payload: Arc<Payload>,
