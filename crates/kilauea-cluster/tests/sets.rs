@@ -237,15 +237,15 @@ fn sets_are_as_small_as_memory_lets_them_be() {
             size: SetSize::Memory(bytes),
             ..CULLED
         }),
-        ..frame::options(4, WorkerKind::Threads)
+        ..frame::options(3, WorkerKind::Threads)
     };
     let result = shot.start(with_memory(bytes)).finish().unwrap();
     assert!(result.frame.stats.set.is_none(), "each holds all");
-    // Three could hold it, and one of four would be left over.
-    let largest = kilauea_render::SetPlan::even(&scene, 3).unwrap();
+    // Two could hold it, and one of three would be left over.
+    let largest = kilauea_render::SetPlan::even(&scene, 2).unwrap();
     let largest = largest.bytes().iter().max().copied().unwrap();
     let result = shot.start(with_memory(largest)).finish().unwrap();
     shot.check(&shot.alone(), &result, "by memory");
     let n_members = result.frame.stats.set.map(|set| set.members.len());
-    assert_eq!(n_members, Some(4));
+    assert_eq!(n_members, Some(3));
 }
