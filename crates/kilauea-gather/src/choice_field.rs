@@ -40,7 +40,7 @@ const MOST_COLUMNS: usize = 1024;
 /// Records of a cell at most. Few, as cells believe those around them.
 const CELL_RECORDS: usize = 64;
 /// Records' worth of belief that a part of a cell is as the whole.
-const PRIOR_RECORDS: f32 = 4.0;
+const PRIOR_RECORDS: f32 = 16.0;
 /// Odds are taken to be no more extreme, nor less than one over this.
 const MOST_ODDS: f32 = 32.0;
 

@@ -21,7 +21,8 @@ pub struct ChoiceForecast {
 /// Variance of `n_paths` plain paths, of which `plain` is known, over that which they would have had
 /// with lights chosen by cells. None where there are no records.
 ///
-/// The choice of a light changes the variance of a path by the second moment of what the light
+/// First choices of paths are left out: the samples of a pixel share lights out evenly among them, by
+/// stratified numbers, so that there is little for cells to save. The choice of a light changes the variance of a path by the second moment of what the light
 /// brought, and by nothing else: what it brings in the mean stays the same. Each record is weighed by
 /// its probability then and now, as in [`crate::forecast`], with cells of the other half of pixels.
 pub fn forecast_choice(
@@ -39,6 +40,8 @@ pub fn forecast_choice(
             n_judged += 1.0;
             if record.brought == 0.0 {
                 n_in_vain += 1.0;
+            }
+            if record.brought == 0.0 || record.is_first {
                 continue;
             }
             let relative = record.brought * picture.per_luminance(record.pixel);

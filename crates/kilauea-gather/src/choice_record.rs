@@ -22,6 +22,8 @@ pub struct ChoiceRecord {
     pub pixel: [i32; 2],
     /// Luminance that the pixel got of the light; 0 where something was in between.
     pub brought: f32,
+    /// Whether its path chose no other light before.
+    pub is_first: bool,
     /// Its first turn.
     first_turn: u32,
     n_turns: u32,
@@ -42,8 +44,10 @@ impl ChoiceRecord {
 }
 
 impl ChoiceRecords {
-    /// Adds a choice that has brought nothing yet.
-    pub fn push(&mut self, p: Vec3, n: Vec3, pixel: [i32; 2], turns: &[Turn]) {
+    /// Adds a choice that has brought nothing yet. `place` is a position and a normal, as in
+    /// [`ChoiceRecord`].
+    pub fn push(&mut self, place: [Vec3; 2], pixel: [i32; 2], is_first: bool, turns: &[Turn]) {
+        let [p, n] = place;
         let first_turn = self.turns.len() as u32;
         self.turns.extend(turns);
         self.records.push(ChoiceRecord {
@@ -51,6 +55,7 @@ impl ChoiceRecords {
             n,
             pixel,
             brought: 0.0,
+            is_first,
             first_turn,
             n_turns: turns.len() as u32,
         });

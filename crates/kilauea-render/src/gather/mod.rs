@@ -22,7 +22,7 @@ const LEAST_GAIN: f32 = 1.05;
 /// Where guided paths of a field that was made from few gain no more, more will not help.
 const HOPELESS: f32 = 1.0;
 /// Time of a path that chooses lights by cells over that of a plain one.
-const CHOICE_COST: f32 = 1.0;
+const CHOICE_COST: f32 = 1.05;
 /// Time of a guided path over that of a plain path of as many rays; measured in `03_window`, rounded
 /// down by what training took of it.
 const GUIDED_COST: f32 = 1.3;

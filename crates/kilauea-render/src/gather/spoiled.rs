@@ -237,7 +237,8 @@ const SPOILED_CHOICES: [(&str, SpoilChoice); 3] = [
 fn spoiled(choices: &ChoiceRecords, spoil: SpoilChoice) -> ChoiceRecords {
     let mut spoiled = ChoiceRecords::default();
     for (i, record) in (0..).zip(choices.iter()) {
-        spoiled.push(record.p, record.n, record.pixel, choices.turns(record));
+        let (place, turns) = ([record.p, record.n], choices.turns(record));
+        spoiled.push(place, record.pixel, record.is_first, turns);
         spoiled.set_last_brought(spoil(i, record.brought));
     }
     spoiled

@@ -24,6 +24,8 @@ pub(crate) struct PathTrail {
     vertices: Vec<TrailVertex>,
     /// Light of the sample when a light was chosen for which it is not known yet what it brings.
     sought: Option<f32>,
+    /// Whether the path has chosen a light.
+    has_sought: bool,
     /// Lights that this path and those before it chose.
     pub(crate) choices: ChoiceRecords,
 }
@@ -72,9 +74,10 @@ impl<'a> Guide for Training<'a> {
     ) {
         let Receiver { p, n } = receiver;
         let turns = lights.turns_to(light, receiver);
+        let is_first = !std::mem::replace(&mut trail.has_sought, true);
         // Without turns there is no choice.
         if !turns.is_empty() {
-            trail.choices.push(p, n, trail.pixel, &turns);
+            trail.choices.push([p, n], trail.pixel, is_first, &turns);
             trail.sought = Some(out.light().luminance());
         }
     }
@@ -112,6 +115,7 @@ impl<'a> Guide for Training<'a> {
 impl PathTrail {
     /// Ends the path: adds what its vertices learnt to `records`.
     pub(crate) fn end(&mut self, out: &PathSample, records: &mut Vec<GatherRecord>) {
+        self.has_sought = false;
         let (pixel, light) = (self.pixel, out.light());
         records.extend(self.vertices.drain(..).map(|vertex| {
             let Receiver { p, n } = vertex.receiver;
