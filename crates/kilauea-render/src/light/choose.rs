@@ -80,6 +80,7 @@ impl Lights {
         let Some(idx) = idx else {
             return self.tree.follow(receiver.p, receiver.n, light, walk);
         };
+        debug_assert!(idx < self.infinite.len(), "a light of another scene");
         for (other, (fork, first)) in self.infinite_forks(receiver).enumerate().take(idx + 1) {
             walk.turn(fork, first, |_| other != idx);
         }
