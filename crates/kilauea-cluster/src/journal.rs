@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use crate::protocol::{
-    Expected, Frame, FrameError, HEADER_BYTES, Header, Manifest, Message, UnitDone,
+    Expected, Frame, FrameError, HEADER_BYTES, Header, MAGIC, Manifest, Message, UnitDone,
 };
 
 /// Frames of journals have no session of their own.
@@ -70,13 +70,16 @@ impl Journal {
         let mut options = OpenOptions::new();
         options.read(true).write(true).create(true).truncate(false);
         let mut file = options.open(path).map_err(fail)?;
-        let mut frames = FrameFile::new(&mut file);
-        let mut n_kept_bytes = 0;
-        let mut number = 0;
         let broken = |error| JournalError::Broken {
             path: path.display().to_string(),
             error,
         };
+        if !begins_like_one(&mut file).map_err(fail)? {
+            return Err(broken(FrameError::Magic));
+        }
+        let mut frames = FrameFile::new(&mut file);
+        let mut n_kept_bytes = 0;
+        let mut number = 0;
         if let Some(first) = frames.next().map_err(broken)? {
             let other = |what| JournalError::Other {
                 path: path.display().to_string(),
@@ -143,6 +146,16 @@ impl Journal {
             error,
         }
     }
+}
+
+/// Whether a file may be a journal, or the beginning of one: anything else is not to be overwritten.
+fn begins_like_one(file: &mut File) -> io::Result<bool> {
+    let mut begin = Vec::new();
+    Read::by_ref(file)
+        .take(MAGIC.len() as u64)
+        .read_to_end(&mut begin)?;
+    file.rewind()?;
+    Ok(MAGIC.starts_with(&begin))
 }
 
 /// What is not the same, in a word.
