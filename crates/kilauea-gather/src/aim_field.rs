@@ -25,21 +25,24 @@ struct Cell {
 /// Records of a cell at most: as few as tell directions, so that cells are small and the light in
 /// them comes from the same directions.
 const CELL_RECORDS: usize = 96;
-/// Fewer tell nothing.
+/// Fewer in a cell tell nothing.
 const MIN_RECORDS: usize = 8;
+/// Fewer in all do not tell places apart: a cell of them would reach over half a scene, and most of
+/// what is aimed from there in vain.
+const LEAST_RECORDS: usize = 4 * CELL_RECORDS;
 /// Records are a part of what arrives: the box around them grows by this much of its diagonal.
 const BOUNDS_GROWTH: f32 = 0.1;
 
 impl AimField {
     /// Fits cells to records. They depend on the records' order, and on nothing else; none where
-    /// no cell has enough of them.
+    /// there are too few of them.
     pub fn fit(records: &[GatherRecord]) -> Option<Self> {
         let sound: Vec<GatherRecord> = records
             .iter()
             .copied()
             .filter(GatherRecord::is_sound)
             .collect();
-        if sound.is_empty() {
+        if sound.len() < LEAST_RECORDS {
             return None;
         }
         let places: Vec<_> = sound
