@@ -232,20 +232,24 @@ fn sets_are_as_small_as_memory_lets_them_be() {
     let shot = Shot::new();
     let scene = shot.scene();
     let bytes = kilauea_render::SetPlan::even(&scene, 1).unwrap().bytes()[0];
-    let with_memory = |bytes| ClusterOptions {
+    let with_memory = |n_workers, bytes| ClusterOptions {
         set: Some(SetOptions {
             size: SetSize::Memory(bytes),
             ..CULLED
         }),
-        ..frame::options(3, WorkerKind::Threads)
+        ..frame::options(n_workers, WorkerKind::Threads)
     };
-    let result = shot.start(with_memory(bytes)).finish().unwrap();
+    let result = shot.start(with_memory(4, bytes)).finish().unwrap();
     assert!(result.frame.stats.set.is_none(), "each holds all");
-    // Two could hold it, and one of three would be left over.
-    let largest = kilauea_render::SetPlan::even(&scene, 2).unwrap();
+    // Two can hold the scene, as one large chunk is most of it; of three workers one would be left over.
+    let largest = kilauea_render::SetPlan::even(&scene, 3).unwrap();
     let largest = largest.bytes().iter().max().copied().unwrap();
-    let result = shot.start(with_memory(largest)).finish().unwrap();
-    shot.check(&shot.alone(), &result, "by memory");
-    let n_members = result.frame.stats.set.map(|set| set.members.len());
-    assert_eq!(n_members, Some(3));
+    let alone = shot.alone();
+    for (n_workers, size) in [(4, 2), (3, 3)] {
+        let result = shot.start(with_memory(n_workers, largest)).finish();
+        let result = result.unwrap();
+        shot.check(&alone, &result, "by memory");
+        let n_members = result.frame.stats.set.map(|set| set.members.len());
+        assert_eq!(n_members, Some(size), "of {n_workers} workers");
+    }
 }
