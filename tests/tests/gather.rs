@@ -5,10 +5,14 @@ use kilauea_math::{DMat4, Spectrum};
 use kilauea_render::{Conditions, PreparedScene};
 use kilauea_scene::{Integrator, Light, LightShape, RenderSettings, Shading};
 use kilauea_testing::{Family, Moments, welch_p};
-use kilauea_tests::{Mesh, Picture, Stage, glass, light, matte, perspective, rect_light};
+use kilauea_tests::{
+    Mesh, Picture, Stage, facing_down, glass, light, matte, orthographic, perspective, rect_light,
+};
 use std::sync::Arc;
 
 const N_SEEDS: u32 = 12;
+/// What paths can be told.
+const LEARNT: [&str; 2] = ["guided_directions", "guided_lights"];
 /// Differences below this share are those of rounding.
 const RESOLUTION: f64 = 3e-5;
 
@@ -33,7 +37,7 @@ fn forced() -> RenderSettings {
         samples_per_pixel: 16,
         max_depth: 5,
         integrator: Integrator::Kilauea,
-        general: vec!["guided_directions".into()],
+        general: LEARNT.map(String::from).into(),
         ..Stage::settings()
     }
 }
@@ -103,7 +107,11 @@ fn how_it_is_run_does_not_change_a_bit() {
     };
     let inline = render(Conditions::default(), Shading::Inline, 1);
     assert!(inline.mean() > 0.01 && inline.stats.gather.records > 100);
-    assert!(inline.stats.needs.contains(&"guided_directions".into()));
+    let gather = &inline.stats.gather;
+    assert!(gather.choices > 100 && gather.cells > 0 && gather.light_cells > 0);
+    for learnt in LEARNT {
+        assert!(inline.stats.needs.contains(&learnt.into()), "{learnt}");
+    }
     let plain_loop = Conditions {
         plain_loop: true,
         ..Conditions::default()
@@ -158,7 +166,57 @@ fn where_nothing_is_to_be_learnt_paths_are_plain() {
             Picture::render(&prepared, settings)
         };
         let (kilauea, path) = (render(&settings), render(&path));
-        assert!(kilauea.stats.skipped.contains(&"guided_directions".into()));
+        for learnt in LEARNT {
+            assert!(kilauea.stats.skipped.contains(&learnt.into()), "{learnt}");
+        }
         kilauea.check_same_bits(&path, "plain paths");
     }
+}
+
+/// A floor in four parts, with walls between them and nine lamps close to where they meet in each: all
+/// lamps are about as far from any place, and a quarter of them is seen.
+fn four_rooms() -> Stage {
+    let mut stage = Stage::new(orthographic([0.0, 3.0, 0.0], [0.0; 3], 2.0));
+    stage.materials.push(matte([0.8; 3]));
+    stage.meshes.push(Mesh::floor(2.0));
+    for [x, z] in [[0.0, 2.0], [2.0, 0.0]] {
+        let corners = [[-x, 0.0, -z], [x, 0.0, z], [x, 2.0, z], [-x, 2.0, -z]];
+        stage.meshes.push(Mesh::polygon(&corners));
+    }
+    let lamp = LightShape::Rect {
+        width: 0.05,
+        height: 0.05,
+    };
+    let along = [-0.5, -0.3, -0.1, 0.1, 0.3, 0.5];
+    for [x, z] in along.into_iter().flat_map(|x| along.map(|z| [x, z])) {
+        let place = facing_down(x, 0.5, z);
+        stage.lights.push(Light {
+            radiance: Spectrum::splat(100.0),
+            ..light(lamp, place)
+        });
+    }
+    stage
+}
+
+#[test]
+fn what_samples_share_out_evenly_is_left_to_them() {
+    let settings = RenderSettings {
+        resolution: [96, 96],
+        samples_per_pixel: 8,
+        max_depth: 1,
+        ..Stage::settings()
+    };
+    let prepared = four_rooms().prepare(&settings);
+    let render = |integrator| {
+        let settings = RenderSettings {
+            integrator,
+            ..settings.clone()
+        };
+        Picture::render(&prepared, settings)
+    };
+    let (kilauea, path) = (render(Integrator::Kilauea), render(Integrator::Path));
+    let gather = &kilauea.stats.gather;
+    assert!(gather.choices_in_vain > 0.3, "{gather:?}");
+    assert!(gather.forecast_of_lights < 1.05, "{gather:?}");
+    kilauea.check_same_bits(&path, "direct light alone");
 }

@@ -109,8 +109,18 @@ impl Found {
         self.forecast().expect("there are records").gain
     }
 
+    fn forecast_for(&self, n_samples: u32) -> Option<kilauea_gather::ChoiceForecast> {
+        let Self {
+            choices,
+            picture,
+            plain,
+            n_paths,
+        } = self;
+        forecast_choice(choices, picture, *plain, *n_paths, n_samples)
+    }
+
     fn forecast(&self) -> Option<kilauea_gather::ChoiceForecast> {
-        forecast_choice(&self.choices, &self.picture, self.plain, self.n_paths)
+        self.forecast_for(N_LIGHTS as u32)
     }
 }
 
@@ -156,7 +166,7 @@ fn noise_is_not_taken_for_knowledge() {
 }
 
 #[test]
-fn first_choices_promise_nothing() {
+fn what_samples_share_out_is_left_to_them() {
     let mut found = WALLS.look(11, 4_000, |_| 1.0);
     let mut first = ChoiceRecords::default();
     for record in found.choices.iter() {
@@ -165,7 +175,20 @@ fn first_choices_promise_nothing() {
         first.set_last_brought(record.brought);
     }
     found.choices = first;
-    assert_eq!(found.gain(), 1.0);
+    let gain = |n_samples| {
+        found
+            .forecast_for(n_samples)
+            .expect("there are records")
+            .gain
+    };
+    // As many samples as lights have one each; half as many leave the second fork to cells.
+    assert_eq!(gain(4), 1.0);
+    assert!(
+        gain(2) > 1.2 && gain(1) > 1.5 * gain(2),
+        "{}, {}",
+        gain(2),
+        gain(1)
+    );
 }
 
 #[test]
@@ -193,5 +216,5 @@ fn records_that_are_no_numbers_say_nothing() {
     assert!(found.gain() > 1.5);
     let nothing = ChoiceRecords::default();
     assert!(ChoiceField::fit(&nothing, &found.picture).is_none());
-    assert!(forecast_choice(&nothing, &found.picture, found.plain, 2_000).is_none());
+    assert!(forecast_choice(&nothing, &found.picture, found.plain, 2_000, 1).is_none());
 }

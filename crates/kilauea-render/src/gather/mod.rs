@@ -21,8 +21,9 @@ use trainer::Trainer;
 const LEAST_GAIN: f32 = 1.05;
 /// Where guided paths of a field that was made from few gain no more, more will not help.
 const HOPELESS: f32 = 1.0;
-/// Time of a path that chooses lights by cells over that of a plain one.
-const CHOICE_COST: f32 = 1.05;
+/// Time of a path that chooses lights by cells over that of a plain one; measured in `many_lights`, with
+/// what a pilot takes of a short frame.
+const CHOICE_COST: f32 = 1.1;
 /// Time of a guided path over that of a plain path of as many rays; measured in `03_window`, rounded
 /// down by what training took of it.
 const GUIDED_COST: f32 = 1.3;
@@ -101,7 +102,13 @@ impl Frame {
         } = pilot;
         let choices = &trainer.choices;
         tried.choices = choices.len() as u64;
-        let forecast = forecast_choice(choices, picture, *plain, *n_paths)?;
+        let forecast = forecast_choice(
+            choices,
+            picture,
+            *plain,
+            *n_paths,
+            self.settings.samples_per_pixel,
+        )?;
         tried.choices_in_vain = forecast.in_vain;
         tried.forecast_of_lights = forecast.gain;
         let pays = forecast.gain >= LEAST_GAIN * CHOICE_COST || self.needs.guided_lights;
