@@ -176,16 +176,6 @@ def test_product_name_is_the_default_output(engine, write_stage, tmp_path):
             2,
             "--set-size",
         ),
-        (
-            ["render", "STAGE", "-o", "DIR/a.exr", "--workers", "3", "--set-size", "2"],
-            1,
-            "sets of 2",
-        ),
-        (
-            ["render", "STAGE", "-o", "DIR/a.exr", "--workers", "2", "--worker-memory", "1K"],
-            1,
-            "1024",
-        ),
         (["render", "STAGE", "-o", "DIR/none/a.exr"], 1, "does not exist"),
         (["render", "DIR/none.usda", "-o", "DIR/a.exr"], 3, "none.usda"),
         (["render", "DIR/broken.usda", "-o", "DIR/a.exr"], 3, "broken.usda:2"),

@@ -141,6 +141,28 @@ def test_a_journal_is_gone_on_from_only_where_that_is_asked_for(tmp_path):
     assert not journal.exists()
 
 
+@pytest.mark.parametrize(
+    ("flags", "message"),
+    [
+        (("--workers", 3, "--set-size", 2), "sets of 2"),
+        (("--workers", 2, "--worker-memory", "1K"), "of 2048 bytes together"),
+    ],
+)
+def test_sets_that_cannot_be_are_refused(tmp_path, flags, message):
+    out = tmp_path / "out.exr"
+    assert message in finish(start(out, *flags), code=1)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_set_of_workers_shares_the_scene_and_gives_the_same_image(tmp_path):
+    alone, _ = render(tmp_path / "alone.exr", "-p", 2)
+    shared, stats = render(tmp_path / "shared.exr", "-p", 2, "--workers", 2, "--set-size", 2)
+    np.testing.assert_array_equal(alone, shared)
+    assert [worker["seat"]["member"] for worker in stats["workers"]] == [0, 1]
+    assert all(worker["seat"]["links"]["messages"] > 0 for worker in stats["workers"])
+    assert len(stats["set"]["members"]) == 2
+
+
 def is_running(pid):
     try:
         state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]

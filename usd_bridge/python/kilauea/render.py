@@ -198,7 +198,7 @@ def serve_metrics(address: str) -> Any:
 
 
 def _journal(options: RenderOptions) -> str | None:
-    """Return where results are kept until the image is written, so that whoever is killed may go on.
+    """Return where results are kept until the image is written, for whoever is killed to go on.
 
     What is there from before is removed, unless it is to be gone on from. A frame that may be over
     before it is whole has no journal unless it is asked for, as it would leave it behind.
