@@ -73,6 +73,7 @@ impl Lights {
     fn follow(&self, light: u32, receiver: Receiver, walk: &mut impl LightWalk) -> bool {
         let n_finite = self.area.len() + self.mesh.len();
         let idx = (light as usize).checked_sub(n_finite);
+        let idx = idx.filter(|&idx| idx < self.infinite.len());
         if !self.infinite.is_empty() {
             let finite = self.finite_probability(receiver);
             walk.turn(self.tree.n_forks(), finite, |_| idx.is_some());
