@@ -71,6 +71,7 @@ fn consistent(found_by: CausticStrategy, radius: f32) -> RenderSettings {
             emitted_per_sample: Some(1000),
             radius: Some(radius),
             found_by,
+            ..PhotonSettings::default()
         },
         ..settings()
     }
