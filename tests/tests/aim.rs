@@ -4,24 +4,33 @@ use kilauea_math::Spectrum;
 use kilauea_render::{Conditions, PreparedScene};
 use kilauea_scene::{Aim, Light, LightShape, Material, PhotonSettings, RenderSettings, Shading};
 use kilauea_testing::{Family, Moments, welch_p};
-use kilauea_tests::{
-    Mesh, Picture, Sphere, Stage, facing_down, glass, light, matte, perspective, preview,
-};
+use kilauea_tests::{Mesh, Picture, Stage, facing_down, glass, light, matte, perspective, preview};
 use std::sync::Arc;
 
-/// A ball over a floor under a sun of that many degrees.
-fn ball(material: Material, angle_degrees: f64) -> Stage {
-    let mut stage = Stage::new(perspective([1.5, 2.0, 0.0], [0.0, 0.2, 0.0], 0.45));
+/// A floor under a sun of that many degrees, and something that throws its light onto it.
+fn stage(thrower: &[[f32; 3]], material: Material, angle_degrees: f64) -> Stage {
+    let mut stage = Stage::new(perspective([0.0, 1.5, 3.0], [0.0, 0.0, 0.3], 0.3));
     stage.materials = vec![matte([0.7, 0.6, 0.5]), material];
     stage.meshes.push(Mesh::floor(2.0));
-    stage.spheres.push(Sphere {
-        center: [0.0, 0.6, 0.0],
-        radius: 0.4,
-        material: 1,
-    });
+    stage.meshes.push(Mesh::polygon(thrower).with_material(1));
     stage.lights.push(sun(angle_degrees));
     stage
 }
+
+/// A wall that leans back behind the floor.
+const WALL: [[f32; 3]; 4] = [
+    [-1.0, 0.0, -0.5],
+    [1.0, 0.0, -0.5],
+    [1.0, 1.0, -1.1],
+    [-1.0, 1.0, -1.1],
+];
+/// A pane above it.
+const PANE: [[f32; 3]; 4] = [
+    [-1.0, 1.0, -0.5],
+    [-1.0, 1.0, 1.5],
+    [1.0, 1.0, 1.5],
+    [1.0, 1.0, -0.5],
+];
 
 fn sun(angle_degrees: f64) -> Light {
     let half_angle = 0.5 * angle_degrees.to_radians();
@@ -45,7 +54,12 @@ fn metal(roughness: f32) -> Material {
 
 /// Narrow highlights on a diffuse base.
 fn plastic() -> Material {
-    preview(&[("diffuseColor", &[0.5, 0.6, 0.7]), ("roughness", &[0.15])])
+    preview(&[
+        ("diffuseColor", &[0.2, 0.3, 0.4]),
+        ("useSpecularWorkflow", &[1.0]),
+        ("specularColor", &[0.7, 0.7, 0.7]),
+        ("roughness", &[0.15]),
+    ])
 }
 
 fn settings(aim: Aim) -> RenderSettings {
@@ -63,13 +77,20 @@ fn settings(aim: Aim) -> RenderSettings {
 
 /// Means of pictures of many seeds.
 fn means(prepared: &Arc<PreparedScene>, settings: &RenderSettings, n_seeds: u32) -> Moments {
-    let first = 1000 * settings.photons.aim as u32;
+    let aim = settings.photons.aim;
     let mean = |seed| {
         let settings = RenderSettings {
-            seed: first + seed,
+            seed: 1000 * aim as u32 + seed,
             ..settings.clone()
         };
-        Picture::render(prepared, settings).mean()
+        let picture = Picture::render(prepared, settings);
+        assert_eq!(
+            picture.stats.aim.cells > 0,
+            aim == Aim::Always,
+            "{:?}",
+            picture.stats.aim
+        );
+        picture.mean()
     };
     Moments::of(&(1..=n_seeds).map(mean).collect::<Vec<_>>())
 }
@@ -78,16 +99,16 @@ fn means(prepared: &Arc<PreparedScene>, settings: &RenderSettings, n_seeds: u32)
 #[test]
 fn aimed_paths_have_the_same_expectation() {
     let mut family = Family::new("aimed and not");
-    for (what, material) in [
-        ("a mirror", metal(0.0)),
-        ("a narrow metal", metal(0.15)),
-        ("glass", glass(&[("ior", &[1.5])])),
-        ("plastic", plastic()),
+    for (what, thrower, material) in [
+        ("a mirror", &WALL, metal(0.0)),
+        ("a narrow metal", &WALL, metal(0.15)),
+        ("plastic", &WALL, plastic()),
+        ("glass", &PANE, glass(&[("ior", &[1.5])])),
     ] {
-        let stage = ball(material, 40.0);
+        let stage = stage(thrower, material, 40.0);
         let prepared = stage.prepare(&settings(Aim::Never));
-        let by_chance = means(&prepared, &settings(Aim::Never), 24);
-        let aimed = means(&prepared, &settings(Aim::Always), 24);
+        let by_chance = means(&prepared, &settings(Aim::Never), 12);
+        let aimed = means(&prepared, &settings(Aim::Always), 12);
         family.add(what, welch_p(&by_chance, &aimed, 1e-4 * by_chance.mean));
     }
     family.check();
@@ -97,20 +118,7 @@ fn aimed_paths_have_the_same_expectation() {
 /// by the cosine.
 #[test]
 fn aimed_paths_find_the_sun_in_a_mirror() {
-    let stage = {
-        let mut stage = Stage::new(perspective([0.0, 1.5, 3.0], [0.0, 0.0, 0.3], 0.3));
-        stage.materials = vec![matte([0.7, 0.6, 0.5]), metal(0.0)];
-        stage.meshes.push(Mesh::floor(2.0));
-        let wall = [
-            [-0.5, 0.0, -0.5],
-            [0.5, 0.0, -0.5],
-            [0.5, 1.0, -0.8],
-            [-0.5, 1.0, -0.8],
-        ];
-        stage.meshes.push(Mesh::polygon(&wall).with_material(1));
-        stage.lights.push(sun(2.0));
-        stage
-    };
+    let stage = stage(&WALL, metal(0.0), 2.0);
     let prepared = stage.prepare(&settings(Aim::Never));
     let by_chance = means(&prepared, &settings(Aim::Never), 32);
     let aimed = means(&prepared, &settings(Aim::Always), 8);
@@ -127,7 +135,7 @@ fn how_it_is_run_does_not_change_a_bit() {
         samples_per_pixel: 6,
         ..settings(Aim::Always)
     };
-    let prepared = ball(metal(0.0), 4.0).prepare(&settings);
+    let prepared = stage(&WALL, metal(0.0), 4.0).prepare(&settings);
     let render = |conditions, shading, threads| {
         let settings = RenderSettings {
             shading,
@@ -166,7 +174,7 @@ fn nothing_is_aimed_where_it_does_not_pay() {
             resolution,
             ..settings(Aim::WherePays)
         };
-        let prepared = ball(metal(0.0), angle_degrees).prepare(&plain);
+        let prepared = stage(&WALL, metal(0.0), angle_degrees).prepare(&plain);
         let picture = Picture::render(&prepared, default);
         assert_eq!(picture.stats.aim.cells, 0, "{what}");
         Picture::render(&prepared, plain).check_same_bits(&picture, what);
@@ -179,6 +187,6 @@ fn a_small_sun_is_aimed_at_without_being_asked() {
         resolution: [64, 64],
         ..settings(Aim::WherePays)
     };
-    let picture = Picture::render(&ball(metal(0.0), 1.0).prepare(&settings), settings);
+    let picture = Picture::render(&stage(&WALL, metal(0.0), 1.0).prepare(&settings), settings);
     assert!(picture.stats.aim.cells > 0, "{:?}", picture.stats.aim);
 }
