@@ -266,6 +266,7 @@ fn photons_are_used_where_they_pay() {
             photons: PhotonSettings {
                 emitted_per_sample: Some(emitted),
                 radius,
+                // `exact` would find most of it too.
                 aim: Aim::Never,
                 ..PhotonSettings::default()
             },
