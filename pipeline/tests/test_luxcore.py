@@ -74,7 +74,8 @@ def test_screen_window_and_dome_orientation(tmp_path: Path) -> None:
     image = render(writer.write())
     corners = {(y, x): float(image[y, x, 0]) for y in (1, 6) for x in (1, 6)}
     assert corners == pytest.approx(dome_seen_at_corners(texels), abs=0.05)
-    assert set(corners.values()) == {0.0, 1.0}
+    # Its sums of ones round as its threads happen to share samples out.
+    assert {round(value, 6) for value in corners.values()} == {0.0, 1.0}
 
 
 def dome_seen_at_corners(texels: np.ndarray) -> dict[tuple[int, int], float]:
