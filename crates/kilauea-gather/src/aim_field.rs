@@ -1,7 +1,7 @@
 use kilauea_math::{Bounds3, Vec3};
 use rayon::prelude::*;
 
-use crate::cell_tree::{CellTree, place};
+use crate::cell_tree::CellTree;
 use crate::direction_tree::DirectionTree;
 use crate::record::GatherRecord;
 
@@ -37,18 +37,11 @@ impl AimField {
     /// Fits cells to records. They depend on the records' order, and on nothing else; none where
     /// there are too few of them.
     pub fn fit(records: &[GatherRecord]) -> Option<Self> {
-        let sound: Vec<GatherRecord> = records
-            .iter()
-            .copied()
-            .filter(GatherRecord::is_sound)
-            .collect();
+        let sound = GatherRecord::sound(records);
         if sound.len() < LEAST_RECORDS {
             return None;
         }
-        let places: Vec<_> = sound
-            .iter()
-            .map(|record| place(record.p, record.n))
-            .collect();
+        let places = GatherRecord::places(&sound);
         let (tree, members) = CellTree::build(&places, CELL_RECORDS);
         let fit = |members: &Vec<u32>| Cell::fit(&sound, members);
         let cells: Vec<Option<Cell>> = members.par_iter().map(fit).collect();

@@ -1,7 +1,7 @@
 use kilauea_math::Vec3;
 use rayon::prelude::*;
 
-use crate::cell_tree::{CellTree, place};
+use crate::cell_tree::CellTree;
 use crate::direction_tree::DirectionTree;
 use crate::record::GatherRecord;
 
@@ -21,19 +21,12 @@ impl GatherField {
     /// Fits a field to records. It depends on their order, and on nothing else; none where none is
     /// sound.
     pub fn fit(records: &[GatherRecord]) -> Option<Self> {
-        let sound: Vec<GatherRecord> = records
-            .iter()
-            .copied()
-            .filter(GatherRecord::is_sound)
-            .collect();
+        let sound = GatherRecord::sound(records);
         if sound.is_empty() {
             return None;
         }
         let capacity = CELL_RECORDS_PER_ROOT * (sound.len() as f32).sqrt();
-        let places: Vec<_> = sound
-            .iter()
-            .map(|record| place(record.p, record.n))
-            .collect();
+        let places = GatherRecord::places(&sound);
         let (tree, members) = CellTree::build(&places, capacity.max(MIN_RECORDS) as usize);
         let fit = |members: &Vec<u32>| {
             let numbers = members.iter().map(|&number| number as usize);

@@ -1,5 +1,7 @@
 use kilauea_math::Vec3;
 
+use crate::cell_tree::{Place, place};
+
 /// Light that was found along a direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Arrival {
@@ -44,5 +46,15 @@ impl GatherRecord {
             && self.p.is_finite()
             && self.n.is_finite()
             && self.brought.is_finite()
+    }
+    /// Those of `records` that say anything.
+    pub(crate) fn sound(records: &[Self]) -> Vec<Self> {
+        let sound = records.iter().filter(|record| record.is_sound());
+        sound.copied().collect()
+    }
+
+    /// Where records are, for cells.
+    pub(crate) fn places(records: &[Self]) -> Vec<Place> {
+        records.iter().map(|r| place(r.p, r.n)).collect()
     }
 }

@@ -140,11 +140,15 @@ impl Console {
             None => SceneForWorkers::Whole(chunks.bytes),
             Some(sets) => SceneForWorkers::Parts(Parts::of(scene, chunks, sets)?),
         };
+        let common_hash = match &scene {
+            SceneForWorkers::Whole(_) => scene_hash,
+            SceneForWorkers::Parts(parts) => *blake3::hash(&parts.common).as_bytes(),
+        };
         let start = Start {
             settings: settings.clone(),
             specialize_rays: options.specialize_rays,
             n_scene_bytes: scene.common().len() as u64,
-            scene_hash: *blake3::hash(scene.common()).as_bytes(),
+            scene_hash: common_hash,
             seat: None,
         };
         Ok(Self {

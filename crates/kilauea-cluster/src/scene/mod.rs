@@ -1,7 +1,7 @@
 //! A scene as bytes: records with their names (MessagePack), and the arrays as they lie in memory.
 //!
-//! The camera is not in it, so that the same scene seen from elsewhere is the same bytes, nor are images: tile files are read by their paths, so that all processes must see the same
-//! files.
+//! The camera is not in it, so that the same scene seen from elsewhere is the same bytes, nor are
+//! images: tile files are read by their paths, so that all processes must see the same files.
 
 mod chunks;
 mod error;
@@ -71,8 +71,9 @@ fn write(scene: &Scene) -> SceneWriter {
     writer
 }
 
-/// The scene of bytes that [`scene_to_bytes`] wrote, with a camera that stands for none. Nothing is allocated for what bytes promise and
-/// do not have; whether indices are inside their arrays is for [`Scene::validate`] to find out.
+/// The scene of bytes that [`scene_to_bytes`] wrote, with a camera that stands for none. Nothing is
+/// allocated for what bytes promise and do not have; whether indices are inside their arrays is for
+/// [`Scene::validate`] to find out.
 pub fn scene_from_bytes(bytes: &[u8]) -> Result<Scene, SceneBytesError> {
     let mut reader = SceneReader::new(bytes);
     let records: Vec<u8> = reader.array()?;
