@@ -25,12 +25,17 @@ pub enum ClusterError {
     #[error("{0}")]
     Failed(String),
     /// There are no workers left, and no more may be started.
-    #[error("no worker is left after {n_started} were started; the last one: {reason}")]
+    #[error(
+        "no worker is left after {n_started} were started; the last one: {reason}{}",
+        if *.is_kept { " (--resume goes on from what was rendered)" } else { "" }
+    )]
     NoWorkers {
         /// How many there were.
         n_started: u32,
         /// What became of the last.
         reason: String,
+        /// Whether a journal has what was rendered.
+        is_kept: bool,
     },
     /// The journal cannot be used.
     #[error(transparent)]

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from kilauea.environments import cache_folder
 from kilauea.output import write_text
-from kilauea.ray_workers import connect, on_each_machine
+from kilauea.ray_cluster import connect, on_each_machine
 from kilauea.render import native
 
 _ANSWER_SECS = 60.0

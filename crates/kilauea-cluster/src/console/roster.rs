@@ -158,6 +158,7 @@ impl Console {
             return Err(ClusterError::NoWorkers {
                 n_started: self.n_started,
                 reason: reason.to_owned(),
+                is_kept: self.journal.is_some(),
             });
         }
         Ok(())
