@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from kilauea import interrupt
+from kilauea.benchmarks.layers import read_layers
 from kilauea.benchmarks.report import print_table, write_json
 from kilauea.errors import KilaueaError
 from kilauea.payload import Frame
@@ -156,23 +157,10 @@ def render(frame: Frame, scene: Any, settings: dict[str, Any]) -> tuple[dict[str
     record = settings_record(frame, RenderOptions([], settings))
     metadata = {"stage": frame.stage, "frame": frame.time, "camera": frame.camera["path"]}
     with tempfile.TemporaryDirectory(prefix="kilauea-") as folder:
-        image = str(Path(folder) / "image.exr")
+        image = Path(folder) / "image.exr"
         try:
             job = scene.render(json.dumps(record), json.dumps(metadata))
-            stats = interrupt.run(lambda: json.loads(job.finish([image])))
+            stats = interrupt.run(lambda: json.loads(job.finish([str(image)])))
         except (engine.SceneError, engine.RenderError) as error:
             raise KilaueaError(str(error)) from None
-        return stats, pixels_of(image)
-
-
-def pixels_of(image: str) -> Any:
-    """Return all channels of an image."""
-    import OpenImageIO as oiio
-
-    reader = oiio.ImageInput.open(image)
-    if reader is None:
-        raise KilaueaError(f"{image}: {oiio.geterror()}")
-    try:
-        return reader.read_image(0, 0, 0, reader.spec().nchannels, "float")
-    finally:
-        reader.close()
+        return stats, read_layers(image)

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from kilauea import interrupt
-from kilauea.benchmarks.needs import pixels_of
+from kilauea.benchmarks.layers import read_layers
 from kilauea.benchmarks.report import print_table, write_json
 from kilauea.errors import KilaueaError
 from kilauea.output import write_text
@@ -107,13 +107,13 @@ def render(way: Way) -> None:
     """Render one frame, and note what it took."""
     metadata = json.dumps({"stage": "", "frame": 0.0, "camera": ""})
     with tempfile.TemporaryDirectory(prefix="kilauea-") as folder:
-        image = str(Path(folder) / "image.exr")
+        image = Path(folder) / "image.exr"
         cpu = time.process_time()
         job = way.scene.render(json.dumps(way.settings), metadata, json.dumps(way.conditions))
         job.wait(_WAIT_SECS)
         way.cpu.append(time.process_time() - cpu)
-        way.stats = json.loads(job.finish([image]))
-        way.pixels = pixels_of(image)
+        way.stats = json.loads(job.finish([str(image)]))
+        way.pixels = read_layers(image)
 
 
 def row(stage: str, n_members: int, ways: dict[Any, Way]) -> dict[str, Any]:
