@@ -57,6 +57,10 @@ class References:
 def find_references(engines: Sequence[str], converge: Callable[[str], Converged]) -> References:
     """Look for two engines that agree, those of others first.
 
+    Engines that merge photons are biased, and find light that paths meet by rare chance alone. So
+    they decide nothing, but are witnesses: no pair is trusted where one of them has found more than
+    both.
+
     Parameters
     ----------
     engines
@@ -66,26 +70,42 @@ def find_references(engines: Sequence[str], converge: Callable[[str], Converged]
     """
     images: dict[str, Converged] = {}
     tests: list[Agreement] = []
-    for pair in pairs(engines):
-        for engine in pair:
-            if engine not in images:
-                images[engine] = converge(engine)
-        a, b = (images[engine] for engine in pair)
-        tests.append(compare_engines(pair, a.tiles, b.tiles))
-        if tests[-1].agrees:
-            mean = 0.5 * (a.mean + b.mean)
-            variance = 0.25 * (a.variance_of_mean + b.variance_of_mean)
-            return References(Reference(mean, variance), pair, images, tests)
-    for engine in engines:
+
+    def tiles(engine: str) -> Pixels:
         if engine not in images:
             images[engine] = converge(engine)
+        return images[engine].tiles
+
+    witnesses = [engine for engine in engines if engine in BIASED]
+    for a, b in pairs(engines):
+        found = {witness: tiles(witness) for witness in witnesses}
+        tests.append(compare_engines((a, b), tiles(a), tiles(b), found))
+        if tests[-1].agrees:
+            return References(weighted([images[a], images[b]]), (a, b), images, tests)
+    for engine in engines:
+        tiles(engine)
     return References(None, None, images, tests)
+
+
+def weighted(images: Sequence[Converged]) -> Reference:
+    """Return the mean of images of the same light, each weighed by its noise as a whole.
+
+    A weight for each pixel would be largest where an engine has missed something.
+    """
+    noises = [image.variance_of_mean.mean() for image in images]
+    weights = [1.0 / max(noise, 1e-30) for noise in noises]
+    shares = [weight / sum(weights) for weight in weights]
+    return Reference(
+        sum(share * image.mean for share, image in zip(shares, images, strict=True)),
+        sum(share**2 * image.variance_of_mean for share, image in zip(shares, images, strict=True)),
+    )
 
 
 def pairs(engines: Sequence[str]) -> list[tuple[str, str]]:
     """Return the pairs that may decide, in order: none is of our engines alone."""
-    others = [engine for engine in engines if engine not in OURS]
-    ours = [engine for engine in engines if engine in OURS and engine not in BIASED]
+    unbiased = [engine for engine in engines if engine not in BIASED]
+    others = [engine for engine in unbiased if engine not in OURS]
+    ours = [engine for engine in unbiased if engine in OURS]
     between = [pair for pair in combinations(others, 2) if len({*map(family, pair)}) == 2]
     return [*between, *((other, our) for other in others for our in ours)]
 
