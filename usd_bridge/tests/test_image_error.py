@@ -145,7 +145,11 @@ def test_our_engines_never_decide_alone() -> None:
     assert pairs(["kilauea-consistent", "cycles"]) == []
     assert pairs(["kilauea", "path", "cycles"]) == [("cycles", "kilauea"), ("cycles", "path")]
     assert pairs(["path", "cycles", "mitsuba"])[0] == ("cycles", "mitsuba")
-    assert ("cycles", "cycles-guided") not in pairs(["cycles", "cycles-guided"])
+    assert pairs(["cycles", "cycles-guided"]) == []
+    assert pairs(["luxcore", "luxcore-bidirvm"]) == []
+    merging = ["path", "luxcore-bidirvm", "kilauea-consistent", "cycles"]
+    confirmed = [("cycles", "luxcore-bidirvm"), ("path", "luxcore-bidirvm")]
+    assert pairs(merging) == [("cycles", "path"), *confirmed]
 
 
 def test_two_others_that_agree_are_the_reference() -> None:
@@ -177,9 +181,26 @@ def test_a_reference_is_not_trusted_where_a_witness_finds_more() -> None:
     }
     found = find_references(list(images), images.__getitem__)
     assert found.agreed is None
-    (test,) = found.tests
+    test = found.tests[0]
     assert test.n_rejected == 0
     assert test.missed_by_both["luxcore-bidirvm"] > 0
+
+
+@pytest.mark.parametrize(("blur", "is_confirmed"), [(0.03, True), (0.5, False)])
+def test_an_engine_that_merges_confirms_and_lends_nothing_of_its_image(
+    blur: float, is_confirmed: bool
+) -> None:
+    images = {
+        "cycles": image("cycles", 1, offset=-0.5),
+        "path": image("path", 2),
+        "luxcore-bidirvm": image("luxcore-bidirvm", 3, offset=blur),
+    }
+    found = find_references(list(images), images.__getitem__)
+    if is_confirmed:
+        assert found.agreed_by == ("path", "luxcore-bidirvm")
+        np.testing.assert_allclose(found.of("cycles").mean, images["path"].mean)
+    else:
+        assert found.agreed is None
 
 
 def test_the_less_noisy_image_weighs_more() -> None:

@@ -61,6 +61,7 @@ def compare_engines(
     tiles_a: Pixels,
     tiles_b: Pixels,
     witnesses: Mapping[str, Pixels] | None = None,
+    margin: float = 0.0,
     level: float = LEVEL,
 ) -> Agreement:
     """Test two engines' renders, given as (renders, rows, columns, channels) means of tiles.
@@ -69,11 +70,14 @@ def compare_engines(
     ----------
     witnesses
         Tiles of engines that find light which these two may miss.
+    margin
+        Difference that is none, relative to the larger mean.
     """
     a, b = _Tiles.of(tiles_a), _Tiles.of(tiles_b)
     larger = np.maximum(a.mean, b.mean)
     both = _Tiles(larger, np.maximum(a.variance, b.variance), min(a.n, b.n))
-    p = _p_of_difference(a, b, a.mean - b.mean)
+    excess = np.maximum(np.abs(a.mean - b.mean) - margin * larger, 0.0)
+    p = _p_of_difference(a, b, excess)
     limit = sidak(level, p.size)
     error = np.sqrt(a.variance / a.n + b.variance / b.n)
     totals = [tiles.mean.mean(axis=(0, 1)) for tiles in (a, b)]

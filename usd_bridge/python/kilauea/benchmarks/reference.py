@@ -12,7 +12,9 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from kilauea.benchmarks.agreement import Agreement, compare_engines
+import numpy as np
+
+from kilauea.benchmarks.agreement import MERGING_MARGIN, Agreement, compare_engines
 from kilauea.benchmarks.converged import Converged
 from kilauea.benchmarks.engines import BIASED, OURS
 from kilauea.benchmarks.image_error import Pixels
@@ -58,8 +60,9 @@ def find_references(engines: Sequence[str], converge: Callable[[str], Converged]
     """Look for two engines that agree, those of others first.
 
     Engines that merge photons are biased, and find light that paths meet by rare chance alone. So
-    they decide nothing, but are witnesses: no pair is trusted where one of them has found more than
-    both.
+    they are witnesses: no pair is trusted where one of them has found more than both. Where no two
+    engines without bias agree, such an engine of others may confirm one of them, to within what
+    merging moves; the image is of the latter alone then.
 
     Parameters
     ----------
@@ -77,11 +80,14 @@ def find_references(engines: Sequence[str], converge: Callable[[str], Converged]
         return images[engine].tiles
 
     witnesses = [engine for engine in engines if engine in BIASED]
-    for a, b in pairs(engines):
-        found = {witness: tiles(witness) for witness in witnesses}
-        tests.append(compare_engines((a, b), tiles(a), tiles(b), found))
+    for pair in pairs(engines):
+        a, b = (tiles(engine) for engine in pair)
+        found = {witness: tiles(witness) for witness in witnesses if witness not in pair}
+        unbiased = [images[engine] for engine in pair if engine not in BIASED]
+        margin = 0.0 if len(unbiased) == 2 else MERGING_MARGIN
+        tests.append(compare_engines(pair, a, b, found, margin))
         if tests[-1].agrees:
-            return References(weighted([images[a], images[b]]), (a, b), images, tests)
+            return References(weighted(unbiased), pair, images, tests)
     for engine in engines:
         tiles(engine)
     return References(None, None, images, tests)
@@ -92,22 +98,31 @@ def weighted(images: Sequence[Converged]) -> Reference:
 
     A weight for each pixel would be largest where an engine has missed something.
     """
-    noises = [image.variance_of_mean.mean() for image in images]
-    weights = [1.0 / max(noise, 1e-30) for noise in noises]
-    shares = [weight / sum(weights) for weight in weights]
+    weights = 1.0 / np.array([max(image.variance_of_mean.mean(), 1e-30) for image in images])
+    shares = weights / weights.sum()
     return Reference(
-        sum(share * image.mean for share, image in zip(shares, images, strict=True)),
-        sum(share**2 * image.variance_of_mean for share, image in zip(shares, images, strict=True)),
+        mean=np.average([image.mean for image in images], axis=0, weights=shares),
+        variance_of_mean=np.tensordot(
+            shares**2, np.stack([image.variance_of_mean for image in images]), axes=1
+        ),
     )
 
 
 def pairs(engines: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the pairs that may decide, in order: none is of our engines alone."""
+    """Return the pairs that may decide, in order: none is of our engines alone.
+
+    Last come those of an engine without bias and one of others that merges photons.
+    """
     unbiased = [engine for engine in engines if engine not in BIASED]
     others = [engine for engine in unbiased if engine not in OURS]
     ours = [engine for engine in unbiased if engine in OURS]
-    between = [pair for pair in combinations(others, 2) if len({*map(family, pair)}) == 2]
-    return [*between, *((other, our) for other in others for our in ours)]
+    merging = [engine for engine in engines if engine in BIASED and engine not in OURS]
+    tried = [
+        *combinations(others, 2),
+        *((other, our) for other in others for our in ours),
+        *((engine, other) for engine in (*others, *ours) for other in merging),
+    ]
+    return [pair for pair in tried if family(pair[0]) != family(pair[1])]
 
 
 def family(engine: str) -> str:
