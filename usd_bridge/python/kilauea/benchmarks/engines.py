@@ -175,4 +175,4 @@ OURS = ("kilauea", "kilauea-consistent", "path")
 
 BIASED = ("kilauea-consistent", "luxcore-bidirvm", "luxcore-photongi")
 """Engines that merge photons, so that their mean is right in the limit of small radii alone: they
-are witnesses of light that others miss, and no image of theirs is a reference."""
+are witnesses of light that others miss, and no two of them decide."""

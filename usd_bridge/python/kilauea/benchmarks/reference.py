@@ -61,8 +61,8 @@ def find_references(engines: Sequence[str], converge: Callable[[str], Converged]
 
     Engines that merge photons are biased, and find light that paths meet by rare chance alone. So
     they are witnesses: no pair is trusted where one of them has found more than both. Where no two
-    engines without bias agree, such an engine of others may confirm one of them, to within what
-    merging moves; the image is of the latter alone then.
+    engines without bias agree, such an engine of others and one without bias may, to within what
+    merging moves.
 
     Parameters
     ----------
@@ -83,11 +83,10 @@ def find_references(engines: Sequence[str], converge: Callable[[str], Converged]
     for pair in pairs(engines):
         a, b = (tiles(engine) for engine in pair)
         found = {witness: tiles(witness) for witness in witnesses if witness not in pair}
-        unbiased = [images[engine] for engine in pair if engine not in BIASED]
-        margin = 0.0 if len(unbiased) == 2 else MERGING_MARGIN
+        margin = MERGING_MARGIN if pair[1] in BIASED else 0.0
         tests.append(compare_engines(pair, a, b, found, margin))
         if tests[-1].agrees:
-            return References(weighted(unbiased), pair, images, tests)
+            return References(weighted([images[name] for name in pair]), pair, images, tests)
     for engine in engines:
         tiles(engine)
     return References(None, None, images, tests)
