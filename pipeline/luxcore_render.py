@@ -20,7 +20,7 @@ with contextlib.redirect_stdout(sys.stderr):
     import pyluxcore
 
 from luxcore_scene.build import as_properties, build_scene
-from luxcore_scene.camera import render_properties
+from luxcore_scene.engine import WAYS, render_properties
 from unsupported import UnsupportedError
 
 POLL_S = 0.01
@@ -28,16 +28,23 @@ POLL_S = 0.01
 
 def parse_arguments() -> argparse.Namespace:
     """Read the command line."""
-    return render_parser(__doc__).parse_args()
+    parser = render_parser(__doc__)
+    parser.add_argument("--engine", default="path", choices=tuple(WAYS))
+    return parser.parse_args()
 
 
 def render(session: pyluxcore.RenderSession, pixels: int) -> float:
-    """Render until the session's samples are done; returns the samples per pixel taken."""
+    """Render until the session's samples are done; returns those per pixel from the camera."""
     while not session.HasDone():
         time.sleep(POLL_S)
         session.UpdateStats()
     session.UpdateStats()
-    return session.GetStats().Get("stats.renderengine.total.samplecount").GetFloat() / pixels
+
+    def total(name: str) -> float:
+        return session.GetStats().Get(f"stats.renderengine.total.{name}").GetFloat()
+
+    # What is counted has those from lights in it.
+    return total("samplecount") * total("samplesec.eye") / total("samplesec") / pixels
 
 
 def main() -> int:
@@ -52,7 +59,7 @@ def main() -> int:
     pyluxcore.Init()
     pyluxcore.SetLogHandler(lambda _: None)
     try:
-        settings = render_properties(exported, raster, samples, seed, threads)
+        settings = render_properties(exported, raster, args.engine, samples, seed, threads)
         scene = build_scene(exported, raster)
     except UnsupportedError as error:
         print(f"luxcore: unsupported: {error}", file=sys.stderr)
@@ -73,7 +80,7 @@ def main() -> int:
     )
     if args.stats:
         seconds = {"build_s": build_s, "compile_s": compile_s, "render_s": render_s}
-        engine = f"LuxCore {pyluxcore.Version()} PATHCPU"
+        engine = f"LuxCore {pyluxcore.Version()} {args.engine}"
         write_stats(args.stats, engine, raster, taken, seed, seconds)
     return 0
 

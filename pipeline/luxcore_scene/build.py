@@ -33,21 +33,25 @@ def build_scene(scene: ExportedScene, raster: Raster) -> pyluxcore.Scene:
     defined: set[str] = set()
     for place, (prototype, matrix) in enumerate(placements(scene)):
         for idx, chunk in enumerate(scene.prototypes[prototype]["chunks"]):
-            shape, name = f"chunk{prototype}_{idx}", f"object{place}_{idx}"
-            if shape not in defined:
-                defined.add(shape)
-                define(target, shape, triangles_of(scene, chunk))
-            objects[f"scene.objects.{name}.shape"] = shape
-            objects[f"scene.objects.{name}.material"] = materials.name_of(chunk)
-            if place > 0:
-                objects[f"scene.objects.{name}.transformation"] = column_major(matrix)
+            for side, triangles in enumerate(sides(scene, materials, chunk)):
+                shape, name = f"chunk{prototype}_{idx}_{side}", f"object{place}_{idx}_{side}"
+                if shape not in defined:
+                    defined.add(shape)
+                    define(target, shape, triangles)
+                objects[f"scene.objects.{name}.shape"] = shape
+                objects[f"scene.objects.{name}.material"] = materials.name_of(chunk)
+                if place > 0:
+                    objects[f"scene.objects.{name}.transformation"] = column_major(matrix)
     target.Parse(as_properties(materials.properties | properties | objects))
     return target
 
 
-def triangles_of(scene: ExportedScene, chunk: dict[str, Any]) -> Triangles:
-    """Read a chunk."""
-    return Triangles(scene.positions(chunk), scene.triangles(chunk), scene.normals(chunk))
+def sides(
+    scene: ExportedScene, materials: Materials, chunk: dict[str, Any]
+) -> tuple[Triangles, ...]:
+    """Return a chunk's triangles; what shines has a back of its own, as LuxCore has only fronts."""
+    front = Triangles(scene.positions(chunk), scene.triangles(chunk), scene.normals(chunk))
+    return (front, front.back()) if materials.shines(chunk) else (front,)
 
 
 def as_properties(values: dict[str, Any]) -> pyluxcore.Properties:

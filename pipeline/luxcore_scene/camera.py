@@ -1,4 +1,4 @@
-"""The camera and the film."""
+"""The camera."""
 
 from __future__ import annotations
 
@@ -35,35 +35,4 @@ def camera_properties(scene: ExportedScene, raster: Raster) -> dict[str, Any]:
         "scene.camera.focaldistance": camera["focus_distance"] or 1.0,
         "scene.camera.cliphither": near,
         "scene.camera.clipyon": far,
-    }
-
-
-def render_properties(
-    scene: ExportedScene, raster: Raster, samples: int, seed: int, threads: int
-) -> dict[str, Any]:
-    """Return unbiased path tracing to our depth, with nothing clamped, cached or adaptive."""
-    settings = scene.settings
-    if settings["filter"] != "box" or settings.get("filter_radius") not in (None, 0.5):
-        raise UnsupportedError("pixel filters other than a box of one pixel")
-    # LuxCore counts the camera's segment too.
-    depth = settings["max_depth"] + 1
-    return {
-        "renderengine.type": "PATHCPU",
-        "renderengine.seed": seed + 1,
-        "native.threads.count": threads,
-        "path.pathdepth.total": depth,
-        "path.pathdepth.diffuse": depth,
-        "path.pathdepth.glossy": depth,
-        "path.pathdepth.specular": depth,
-        "path.clamping.variance.maxvalue": 0.0,
-        "path.hybridbackforward.enable": False,
-        "sampler.type": "SOBOL",
-        "sampler.sobol.adaptive.strength": 0.0,
-        "batch.haltspp": samples,
-        "film.width": raster.width,
-        "film.height": raster.height,
-        "film.filter.type": "NONE",
-        "film.imagepipelines.0.0.type": "NOP",
-        "film.outputs.0.type": "RGB",
-        "film.outputs.0.filename": "unused.exr",
     }

@@ -10,6 +10,9 @@ import numpy as np
 if TYPE_CHECKING:
     import pyluxcore
 
+BACK_GAP = 1e-4
+"""Between the front and the back of what shines, of its size."""
+
 
 @dataclass(frozen=True)
 class Triangles:
@@ -30,6 +33,18 @@ class Triangles:
         normals = self.normals @ np.linalg.inv(linear)
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         return Triangles(points, indices, normals)
+
+    def back(self) -> Triangles:
+        """Return triangles closely behind these that face the other way."""
+        corners = self.points[self.indices]
+        faces = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals = np.zeros_like(self.points, dtype=np.float64)
+        np.add.at(normals, self.indices, faces[:, None, :])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        gap = BACK_GAP * np.linalg.norm(np.ptp(self.points, axis=0))
+        points = self.points - gap * normals
+        turned = None if self.normals is None else -self.normals
+        return Triangles(points, self.indices[:, ::-1], turned)
 
 
 def define(target: pyluxcore.Scene, name: str, triangles: Triangles) -> None:

@@ -22,13 +22,13 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-def run(folder: Path) -> subprocess.CompletedProcess[str]:
-    command = [str(PYTHON), str(SCRIPT), str(folder), str(folder / "out.exr")]
+def run(folder: Path, *flags: str) -> subprocess.CompletedProcess[str]:
+    command = [str(PYTHON), str(SCRIPT), str(folder), str(folder / "out.exr"), *flags]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
-def render(folder: Path) -> np.ndarray:
-    done = run(folder)
+def render(folder: Path, *flags: str) -> np.ndarray:
+    done = run(folder, *flags)
     assert done.returncode == 0, done.stdout + done.stderr
     return oiio.ImageBuf(str(folder / "out.exr")).get_pixels(oiio.FLOAT)[..., :3]
 
@@ -58,6 +58,33 @@ def test_irradiance_under_a_light(
     mean = render(writer.write()).reshape(-1, 3).mean(axis=0)
     expected = ALBEDO * irradiance / math.pi * np.array([4.0, 2.0, 1.0])
     np.testing.assert_allclose(mean, expected, rtol=0.01)
+
+
+def shining_sheet(writer: SceneWriter, height: float, turned: bool) -> None:
+    """Add a square of two by two that shines, as UsdPreviewSurface without reflection."""
+    materials = writer.record["materials"]
+    inputs = {"useSpecularWorkflow": 1.0, "emissiveColor": [4.0, 2.0, 1.0]}
+    surface = constant_material("UsdPreviewSurface", diffuseColor=[0.0] * 3, **inputs)
+    materials.append(surface)
+    corners = [(-1.0, height, -1.0), (-1.0, height, 1.0), (1.0, height, 1.0), (1.0, height, -1.0)]
+    writer.chunk(corners[::-1] if turned else corners, [(0, 1, 2), (0, 2, 3)], len(materials) - 1)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("engine", ["path", "hybrid", "bidir", "bidirvm"])
+def test_every_engine_finds_what_shines_to_both_sides(
+    tmp_path: Path, engine: str, turned: bool
+) -> None:
+    """From the middle of its side, one above a square of two by two fills 0.554 of the cosines."""
+    writer = SceneWriter(tmp_path)
+    writer.record["materials"] = [constant_material("Matte", albedo=[ALBEDO] * 3)]
+    writer.floor()
+    shining_sheet(writer, 1.0, turned)
+    writer.record["camera"] = camera(look_down(0.4), screen_window=[-0.02, -0.02, 0.02, 0.02])
+    writer.record["settings"] |= {"resolution": [96, 96], "samples_per_pixel": 16, "max_depth": 4}
+    mean = render(writer.write(), "--engine", engine).reshape(-1, 3).mean(axis=0)
+    covered = 4.0 / math.pi / math.sqrt(2.0) * math.atan(1.0 / math.sqrt(2.0))
+    np.testing.assert_allclose(mean, ALBEDO * covered * np.array([4.0, 2.0, 1.0]), rtol=0.02)
 
 
 def test_screen_window_and_dome_orientation(tmp_path: Path) -> None:

@@ -161,12 +161,18 @@ ENGINES: dict[str, Engine] = {
     "mitsuba": _scripted(MITSUBA, "mitsuba_render.py", "--sampler", "independent"),
     "mitsuba-stratified": _scripted(MITSUBA, "mitsuba_render.py", "--sampler", "multijitter"),
     "luxcore": _scripted(LUXCORE, "luxcore_render.py"),
+    "luxcore-hybrid": _scripted(LUXCORE, "luxcore_render.py", "--engine", "hybrid"),
+    "luxcore-bidir": _scripted(LUXCORE, "luxcore_render.py", "--engine", "bidir"),
+    "luxcore-bidirvm": _scripted(LUXCORE, "luxcore_render.py", "--engine", "bidirvm"),
+    "luxcore-photongi": _scripted(LUXCORE, "luxcore_render.py", "--engine", "photongi"),
 }
 """By name; `path` is our path tracer, `cycles-guided` has path guiding on. Mitsuba has no Sobol
-sequence: its default sampler is as fast as it gets, the stratified one as clean."""
+sequence: its default sampler is as fast as it gets, the stratified one as clean. LuxCore's variants
+find caustics: by paths from lights, from both sides, these merged, by caches of photons."""
 
 OURS = ("kilauea", "kilauea-consistent", "path")
 """Engines that never decide alone what is right."""
 
-BIASED = ("kilauea-consistent",)
-"""Engines whose mean is right in the limit of long renders alone: they decide nothing."""
+BIASED = ("kilauea-consistent", "luxcore-bidirvm", "luxcore-photongi")
+"""Engines that merge photons, so that their mean is right in the limit of small radii alone: they
+are witnesses of light that others miss, and no two of them decide."""

@@ -13,7 +13,7 @@ from kilauea.benchmarks.converged import Effort, converged
 from kilauea.benchmarks.engines import render
 from kilauea.benchmarks.job import Job
 from kilauea.benchmarks.measurement import Measurement
-from kilauea.benchmarks.options import add_engine_options, settings_of
+from kilauea.benchmarks.options import add_engine_options, engine_names, settings_of
 from kilauea.benchmarks.pace import CLOCKS, Pace, pilot
 from kilauea.benchmarks.reference import find_references
 from kilauea.benchmarks.report import print_table, write_json
@@ -26,6 +26,13 @@ PILOT_SEED = 20_001
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the subcommand's options."""
     add_engine_options(parser, engines=("kilauea", "path", "cycles", "mitsuba", "luxcore"))
+    parser.add_argument(
+        "--witnesses",
+        type=engine_names,
+        default=[],
+        metavar="NAME,NAME",
+        help="further engines for the reference, which are not measured",
+    )
     parser.add_argument("-w", "--width", type=int, help="the height follows from the camera")
     parser.add_argument(
         "--times",
@@ -81,12 +88,14 @@ def measure_stage(
     job = Job.prepare(
         stage, folder, settings_of(args), image_width=args.width, materials=not args.clay
     )
-    paces, skipped, notes = find_paces(job, args.engines, args.clock)
+    names = list(dict.fromkeys([*args.engines, *args.witnesses]))
+    paces, skipped, notes = find_paces(job, names, args.clock)
     effort = Effort(args.reference_time, args.reference_seeds)
     references = find_references(
         list(paces), lambda engine: converged(job, engine, paces[engine], effort)
     )
-    measurement = Measurement(job, references, paces, skipped)
+    measured = {engine: pace for engine, pace in paces.items() if engine in args.engines}
+    measurement = Measurement(job, references, measured, skipped)
     if args.pixel_samples:
         measurement.take_counts([round(count) for count in args.pixel_samples], args.seeds)
     else:

@@ -121,11 +121,17 @@ def references(report: Report) -> str:
                     "tiles that differ": f"{test['n_rejected']} of {test['n_tests']}",
                     "smallest p": test["smallest_p"],
                     "standard error": test["standard_error"],
+                    "tiles that tell nothing": test.get("n_undecided", ""),
+                    "missed by both": _missed(test.get("missed_by_both", {})),
                     "ratio of the means": ratios,
                     "reference": "this pair" if test["agrees"] else "",
                 }
             )
     return table(lines)
+
+
+def _missed(found: dict[str, int]) -> str:
+    return ", ".join(f"{n_tests} of {witness}" for witness, n_tests in found.items() if n_tests)
 
 
 def not_expressed(report: Report) -> str:

@@ -12,7 +12,9 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
-from kilauea.benchmarks.agreement import Agreement, compare_engines
+import numpy as np
+
+from kilauea.benchmarks.agreement import MERGING_MARGIN, Agreement, compare_engines
 from kilauea.benchmarks.converged import Converged
 from kilauea.benchmarks.engines import BIASED, OURS
 from kilauea.benchmarks.image_error import Pixels
@@ -57,6 +59,11 @@ class References:
 def find_references(engines: Sequence[str], converge: Callable[[str], Converged]) -> References:
     """Look for two engines that agree, those of others first.
 
+    Engines that merge photons are biased, and find light that paths meet by rare chance alone. So
+    they are witnesses: no pair is trusted where one of them has found more than both. Where no two
+    engines without bias agree, such an engine of others and one without bias may, to within what
+    merging moves.
+
     Parameters
     ----------
     engines
@@ -66,28 +73,55 @@ def find_references(engines: Sequence[str], converge: Callable[[str], Converged]
     """
     images: dict[str, Converged] = {}
     tests: list[Agreement] = []
-    for pair in pairs(engines):
-        for engine in pair:
-            if engine not in images:
-                images[engine] = converge(engine)
-        a, b = (images[engine] for engine in pair)
-        tests.append(compare_engines(pair, a.tiles, b.tiles))
-        if tests[-1].agrees:
-            mean = 0.5 * (a.mean + b.mean)
-            variance = 0.25 * (a.variance_of_mean + b.variance_of_mean)
-            return References(Reference(mean, variance), pair, images, tests)
-    for engine in engines:
+
+    def tiles(engine: str) -> Pixels:
         if engine not in images:
             images[engine] = converge(engine)
+        return images[engine].tiles
+
+    witnesses = [engine for engine in engines if engine in BIASED]
+    for pair in pairs(engines):
+        a, b = (tiles(engine) for engine in pair)
+        found = {witness: tiles(witness) for witness in witnesses if witness not in pair}
+        margin = MERGING_MARGIN if pair[1] in BIASED else 0.0
+        tests.append(compare_engines(pair, a, b, found, margin))
+        if tests[-1].agrees:
+            return References(weighted([images[name] for name in pair]), pair, images, tests)
+    for engine in engines:
+        tiles(engine)
     return References(None, None, images, tests)
 
 
+def weighted(images: Sequence[Converged]) -> Reference:
+    """Return the mean of images of the same light, each weighed by its noise as a whole.
+
+    A weight for each pixel would be largest where an engine has missed something.
+    """
+    weights = 1.0 / np.array([max(image.variance_of_mean.mean(), 1e-30) for image in images])
+    shares = weights / weights.sum()
+    return Reference(
+        mean=np.average([image.mean for image in images], axis=0, weights=shares),
+        variance_of_mean=np.tensordot(
+            shares**2, np.stack([image.variance_of_mean for image in images]), axes=1
+        ),
+    )
+
+
 def pairs(engines: Sequence[str]) -> list[tuple[str, str]]:
-    """Return the pairs that may decide, in order: none is of our engines alone."""
-    others = [engine for engine in engines if engine not in OURS]
-    ours = [engine for engine in engines if engine in OURS and engine not in BIASED]
-    between = [pair for pair in combinations(others, 2) if len({*map(family, pair)}) == 2]
-    return [*between, *((other, our) for other in others for our in ours)]
+    """Return the pairs that may decide, in order: none is of our engines alone.
+
+    Last come those of an engine without bias and one of others that merges photons.
+    """
+    unbiased = [engine for engine in engines if engine not in BIASED]
+    others = [engine for engine in unbiased if engine not in OURS]
+    ours = [engine for engine in unbiased if engine in OURS]
+    merging = [engine for engine in engines if engine in BIASED and engine not in OURS]
+    tried = [
+        *combinations(others, 2),
+        *((other, our) for other in others for our in ours),
+        *((engine, other) for engine in (*others, *ours) for other in merging),
+    ]
+    return [pair for pair in tried if family(pair[0]) != family(pair[1])]
 
 
 def family(engine: str) -> str:
