@@ -22,6 +22,10 @@ COLOURS = {
     "mitsuba": "#2e7d32",
     "mitsuba-stratified": "#81c784",
     "luxcore": "#ef8f00",
+    "luxcore-hybrid": "#ffb74d",
+    "luxcore-bidir": "#bcaaa4",
+    "luxcore-bidirvm": "#8d6e63",
+    "luxcore-photongi": "#5d4037",
 }
 COLUMNS = 4
 CLOCK_NAMES = {
