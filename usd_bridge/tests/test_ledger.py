@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 from kilauea import cli
-from kilauea.benchmarks import error_tables, ledger, speed_tables
+from kilauea.benchmarks import error_tables, ledger, plot, speed_tables
+from kilauea.benchmarks.engines import ENGINES
 from kilauea.benchmarks.markdown import number, table
 from kilauea.errors import KilaueaError
 
@@ -119,6 +120,11 @@ def test_what_cannot_be_compared_is_said() -> None:
     ]
     assert "| `box` | cycles, path | 1 of 12 |" in error_tables.references(ERROR)
     assert "| box | path | 1.5 |" in error_tables.comparison(ERROR)
+
+
+def test_each_engine_has_a_colour_of_its_own() -> None:
+    assert plot.COLOURS.keys() == ENGINES.keys()
+    assert len(set(plot.COLOURS.values())) == len(ENGINES)
 
 
 def test_tables() -> None:

@@ -99,11 +99,11 @@ def weighted(images: Sequence[Converged]) -> Reference:
     """
     weights = 1.0 / np.array([max(image.variance_of_mean.mean(), 1e-30) for image in images])
     shares = weights / weights.sum()
+    means = np.stack([image.mean for image in images])
+    variances = np.stack([image.variance_of_mean for image in images])
     return Reference(
-        mean=np.average([image.mean for image in images], axis=0, weights=shares),
-        variance_of_mean=np.tensordot(
-            shares**2, np.stack([image.variance_of_mean for image in images]), axes=1
-        ),
+        mean=np.tensordot(shares, means, axes=1),
+        variance_of_mean=np.tensordot(shares**2, variances, axes=1),
     )
 
 
