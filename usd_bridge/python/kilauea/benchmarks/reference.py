@@ -99,12 +99,14 @@ def weighted(images: Sequence[Converged]) -> Reference:
     """
     weights = 1.0 / np.array([max(image.variance_of_mean.mean(), 1e-30) for image in images])
     shares = weights / weights.sum()
-    means = np.stack([image.mean for image in images])
-    variances = np.stack([image.variance_of_mean for image in images])
     return Reference(
-        mean=np.tensordot(shares, means, axes=1),
-        variance_of_mean=np.tensordot(shares**2, variances, axes=1),
+        mean=_sum(shares, [image.mean for image in images]),
+        variance_of_mean=_sum(shares**2, [image.variance_of_mean for image in images]),
     )
+
+
+def _sum(shares: Pixels, values: Sequence[Pixels]) -> Pixels:
+    return (shares[:, None, None, None] * np.stack(values)).sum(axis=0)
 
 
 def pairs(engines: Sequence[str]) -> list[tuple[str, str]]:
