@@ -297,3 +297,21 @@ def test_pictures_are_small_and_explained():
     pictures = {p.name: p.stat().st_size for p in (ROOT / "docs/images").iterdir()}
     assert set(pictures) == {*explained, "README.md"}
     assert max(pictures.values()) < 600_000
+
+
+def test_faults_are_made_by_the_tests_that_are_named():
+    rows = re.findall(r"^\| [^|]+ \| [^|]+ \| (.+) \|$", text("docs/faults.md"), flags=re.MULTILINE)
+    named = {name for cell in rows for name in code_spans(cell)}
+    assert len(named) > 30
+    folders = ("crates/kilauea-cluster/src", "crates/kilauea-cluster/tests", "usd_bridge/tests")
+    files = [
+        file for folder in (*folders, "usd_bridge/ray_tests") for file in sources(ROOT / folder)
+    ]
+    defined = {
+        name for file in files for name in re.findall(r"(?:fn|def) (\w+)\(", file.read_text())
+    }
+    assert named <= defined
+
+
+def sources(folder):
+    return [file for suffix in ("rs", "py") for file in folder.rglob(f"*.{suffix}")]
