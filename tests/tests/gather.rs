@@ -3,7 +3,9 @@
 
 use kilauea_math::{DMat4, Spectrum};
 use kilauea_render::{Conditions, PreparedScene};
-use kilauea_scene::{Integrator, Light, LightShape, RenderSettings, Shading};
+use kilauea_scene::{
+    Aim, GlobalIllumination, Integrator, Light, LightShape, PhotonSettings, RenderSettings, Shading,
+};
 use kilauea_testing::{Family, Moments, welch_p};
 use kilauea_tests::{
     Mesh, Picture, Stage, facing_down, glass, light, matte, orthographic, perspective, rect_light,
@@ -72,8 +74,18 @@ fn both_integrators_have_one_expectation() {
     let mut with_glass = stage();
     with_glass.materials.push(glass(&[]));
     with_glass.spheres[0].material = 3;
-    for (what, stage) in [("plastic", stage()), ("glass", with_glass)] {
-        let settings = forced();
+    for (what, stage, aim) in [
+        ("plastic", stage(), Aim::WherePays),
+        ("glass", with_glass.clone(), Aim::WherePays),
+        ("glass, aimed", with_glass, Aim::Always),
+    ] {
+        let settings = RenderSettings {
+            photons: PhotonSettings {
+                aim,
+                ..PhotonSettings::default()
+            },
+            ..forced()
+        };
         let prepared = stage.prepare(&settings);
         let path = RenderSettings {
             integrator: Integrator::Path,
@@ -81,10 +93,45 @@ fn both_integrators_have_one_expectation() {
         };
         let expected = moments(&prepared, &path, 0);
         let found = moments(&prepared, &settings, 100);
+        let learnt = Picture::render(&prepared, settings).stats;
+        assert!(learnt.gather.cells > 0 && learnt.gather.light_cells > 0);
+        assert_eq!(learnt.aim.cells > 0, aim == Aim::Always, "{what}");
         for (quarter, (a, b)) in expected.iter().zip(&found).enumerate() {
             let p = welch_p(a, b, RESOLUTION * a.mean);
             family.add(format!("{what}, quarter {quarter}"), p);
         }
+    }
+    family.check();
+}
+
+#[test]
+fn merging_with_photons_has_one_expectation_whatever_paths_know() {
+    let mut stage = stage();
+    stage.materials.push(glass(&[]));
+    stage.spheres[0].material = 3;
+    let told = RenderSettings {
+        gi: GlobalIllumination::Consistent,
+        photons: PhotonSettings {
+            radius: Some(0.05),
+            ..PhotonSettings::default()
+        },
+        ..forced()
+    };
+    let path = RenderSettings {
+        integrator: Integrator::Path,
+        ..told.clone()
+    };
+    let prepared = stage.prepare(&told);
+    let picture = Picture::render(&prepared, told.clone());
+    let stats = &picture.stats;
+    assert!(stats.photons.stored > 0);
+    assert!(stats.gather.light_cells > 0 && stats.gather.cells > 0);
+    let mut family = Family::new("merging");
+    let expected = moments(&prepared, &path, 0);
+    let found = moments(&prepared, &told, 100);
+    for (quarter, (a, b)) in expected.iter().zip(&found).enumerate() {
+        let p = welch_p(a, b, RESOLUTION * a.mean);
+        family.add(format!("quarter {quarter}"), p);
     }
     family.check();
 }
@@ -217,6 +264,27 @@ fn what_samples_share_out_evenly_is_left_to_them() {
     let (kilauea, path) = (render(Integrator::Kilauea), render(Integrator::Path));
     let gather = &kilauea.stats.gather;
     assert!(gather.choices_in_vain > 0.3, "{gather:?}");
-    assert!(gather.forecast_of_lights < 1.05, "{gather:?}");
+    assert!(gather.gain_of_lights < 1.1, "{gather:?}");
     kilauea.check_same_bits(&path, "direct light alone");
+}
+
+#[test]
+fn a_first_look_is_all_where_there_is_nothing_to_hope_for() {
+    let mut stage = stage();
+    stage.lights.truncate(1);
+    let picture = stage.render(|s| {
+        *s = RenderSettings {
+            resolution: [96, 96],
+            samples_per_pixel: 32,
+            general: Vec::new(),
+            ..forced()
+        }
+    });
+    let n_paths = 96 * 96 * 32;
+    let gather = &picture.stats.gather;
+    assert!(
+        gather.paths > 0 && gather.paths < n_paths / 400,
+        "{gather:?}"
+    );
+    assert_eq!((gather.choices, gather.pixels_tried), (0, 0));
 }

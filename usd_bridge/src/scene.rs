@@ -1,3 +1,4 @@
+use kilauea_cluster::{EstimatesOf, load_estimates, save_estimates};
 use kilauea_render::{PrepareOptions, PreparedScene, SetPlan};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
@@ -34,21 +35,52 @@ impl Scene {
     }
 
     /// Start rendering on threads of the engine's own; `conditions_json` is for experiments, an
-    /// object with any field of `kilauea_render::Conditions`.
-    #[pyo3(signature = (settings_json, metadata_json, conditions_json = "{}"))]
+    /// object with any field of `kilauea_render::Conditions`. What the pilot of the same frame told is
+    /// taken from the file `estimates`, if one is given.
+    #[pyo3(signature = (settings_json, metadata_json, conditions_json = "{}", estimates = None))]
     fn render(
         &self,
+        py: Python<'_>,
         settings_json: &str,
         metadata_json: &str,
         conditions_json: &str,
+        estimates: Option<PathBuf>,
     ) -> PyResult<RenderJob> {
         let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
         let conditions = serde_json::from_str(conditions_json).map_err(render_error)?;
-        let prepared = Arc::clone(&self.prepared);
-        let job = kilauea_render::RenderJob::start_under(conditions, prepared, settings.clone())
-            .map_err(render_error)?;
         let scene = &self.prepared.scene;
-        RenderJob::new(AnyJob::Threads(job), scene, &settings, metadata_json)
+        let told = py.detach(|| {
+            let told =
+                estimates.map(|path| load_estimates(&path, &EstimatesOf::frame(scene, &settings)));
+            told.transpose().map_err(render_error)
+        })?;
+        let (prepared, its) = (Arc::clone(&self.prepared), settings.clone());
+        let job = match told {
+            None => kilauea_render::RenderJob::start_under(conditions, prepared, its),
+            Some(told) => kilauea_render::RenderJob::start_told(conditions, prepared, its, told),
+        };
+        let job = AnyJob::Threads(job.map_err(render_error)?);
+        RenderJob::new(job, scene, &settings, metadata_json)
+    }
+
+    /// Write what the pilot of a frame of this scene told to a file, once rendering has stopped.
+    fn save_estimates(
+        &self,
+        py: Python<'_>,
+        job: &Bound<'_, RenderJob>,
+        settings_json: &str,
+        path: PathBuf,
+    ) -> PyResult<()> {
+        let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
+        let learnt = job.get().with_job(|job| match job {
+            AnyJob::Threads(job) => Some(job.learnt()),
+            AnyJob::Workers(_) => None,
+        })?;
+        let learnt = learnt.ok_or_else(|| render_error("workers keep what they learn"))?;
+        py.detach(|| {
+            let of = EstimatesOf::frame(&self.prepared.scene, &settings);
+            save_estimates(&path, of, &learnt).map_err(render_error)
+        })
     }
 
     /// The same scene with its surfaces spread evenly over so many members of a set in this process.

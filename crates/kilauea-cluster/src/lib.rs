@@ -11,6 +11,7 @@
 mod console;
 mod crew;
 mod error;
+mod estimates;
 #[doc(hidden)]
 pub mod fuzzing;
 mod handshake;
@@ -32,6 +33,7 @@ mod worker;
 pub use console::ClusterResult;
 pub use crew::Crew;
 pub use error::ClusterError;
+pub use estimates::{EstimatesError, EstimatesOf, load_estimates, save_estimates};
 pub use handshake::{HandshakeError, build_hash};
 pub use job::ClusterJob;
 pub use journal::{Journal, JournalError};

@@ -1,14 +1,15 @@
 //! Cells: a binary tree over positions and normals.
 
 use kilauea_math::Vec3;
+use serde::{Deserialize, Serialize};
 
 /// Divides places, each a position and a normal, into cells.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct CellTree {
     nodes: Vec<Node>,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Node {
     /// Component of [`Place`] that is compared; [`CELL`] in a leaf.
     axis: u32,

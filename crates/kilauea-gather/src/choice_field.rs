@@ -1,6 +1,7 @@
 //! Which lights are worth choosing in each cell of a scene.
 
 use kilauea_math::Vec3;
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 use crate::cell_tree::{CellTree, place};
@@ -14,7 +15,7 @@ use crate::picture::{MAX_RELATIVE_SQ, PictureEstimate};
 /// A choice of a light is a walk over forks, which come with probabilities of their own: by power and
 /// distance, but blind to what is in between. Here each way is weighed by the root mean square of what
 /// walks that took it brought, which leaves the least variance.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChoiceField {
     tree: CellTree,
     /// Column of `odds` by the number of a fork.

@@ -1,7 +1,7 @@
 //! What choosing lights by cells would bring, told by paths that did not.
 
 use crate::choice_field::ChoiceField;
-use crate::choice_record::{ChoiceRecords, Turn};
+use crate::choice_record::ChoiceRecords;
 use crate::picture::{MAX_RELATIVE_SQ, PathError, PictureEstimate};
 
 /// Share of lights that are chosen as if nothing were known, whatever cells say.
@@ -24,14 +24,14 @@ pub struct ChoiceForecast {
 /// The choice of a light changes the variance of a path by the second moment of what the light
 /// brought, and by nothing else: what it brings in the mean stays the same. Each record is weighed by
 /// its probability then and now, as in [`crate::forecast`], with cells of the other half of pixels.
-/// First choices are the exception. They have stratified numbers, by which the `n_samples` samples of
-/// a pixel share out evenly as many ways as they are: what cells say of those is left out.
+///
+/// That is of single paths. Samples of a pixel have stratified numbers, by which they share out first
+/// choices evenly, so that pictures gain no more than this: how much they do, a trial tells.
 pub fn forecast_choice(
     records: &ChoiceRecords,
     picture: &PictureEstimate,
     plain: PathError,
     n_paths: usize,
-    n_samples: u32,
 ) -> Option<ChoiceForecast> {
     let (mut n_judged, mut n_in_vain, mut saved) = (0.0_f64, 0.0_f64, 0.0_f64);
     for is_odd in [false, true] {
@@ -44,14 +44,10 @@ pub fn forecast_choice(
                 n_in_vain += 1.0;
                 continue;
             }
-            let mut turns = judged.turns(record);
-            if record.is_first {
-                turns = not_shared_out(turns, n_samples);
-            }
             let relative = record.brought * picture.per_luminance(record.pixel);
             let relative_sq = f64::from(MAX_RELATIVE_SQ.min(relative * relative));
             let cell = field.at(record.p, record.n);
-            let by_cell = cell.ratio(turns);
+            let by_cell = cell.ratio(judged.turns(record));
             let ratio = PLAIN_CHOICES + (1.0 - PLAIN_CHOICES) * by_cell;
             saved += relative_sq * f64::from(1.0 - 1.0 / ratio);
         }
@@ -63,19 +59,4 @@ pub fn forecast_choice(
         in_vain: (n_in_vain / n_judged) as f32,
         gain: gain as f32,
     })
-}
-
-/// The turns from the first one on that leads to a way which less than one of so many samples takes.
-fn not_shared_out(turns: &[Turn], n_samples: u32) -> &[Turn] {
-    let mut probability = 1.0;
-    let is_rare = |turn: &Turn| {
-        probability *= if turn.took_second {
-            1.0 - turn.first
-        } else {
-            turn.first
-        };
-        probability * (n_samples as f32) < 1.0
-    };
-    let n_shared = turns.iter().position(is_rare).unwrap_or(turns.len());
-    &turns[n_shared..]
 }

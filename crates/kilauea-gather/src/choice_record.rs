@@ -22,8 +22,6 @@ pub struct ChoiceRecord {
     pub pixel: [i32; 2],
     /// Luminance that the pixel got of the light; 0 where something was in between.
     pub brought: f32,
-    /// Whether its path chose no other light before.
-    pub is_first: bool,
     /// Its first turn.
     first_turn: u32,
     n_turns: u32,
@@ -46,7 +44,7 @@ impl ChoiceRecord {
 impl ChoiceRecords {
     /// Adds a choice that has brought nothing yet. `place` is a position and a normal, as in
     /// [`ChoiceRecord`].
-    pub fn push(&mut self, place: [Vec3; 2], pixel: [i32; 2], is_first: bool, turns: &[Turn]) {
+    pub fn push(&mut self, place: [Vec3; 2], pixel: [i32; 2], turns: &[Turn]) {
         let [p, n] = place;
         let first_turn = self.turns.len() as u32;
         self.turns.extend(turns);
@@ -55,7 +53,6 @@ impl ChoiceRecords {
             n,
             pixel,
             brought: 0.0,
-            is_first,
             first_turn,
             n_turns: turns.len() as u32,
         });

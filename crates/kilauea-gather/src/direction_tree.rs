@@ -3,18 +3,19 @@
 //! Simulation", section 3.2).
 
 use kilauea_math::{Vec2, Vec3};
+use serde::{Deserialize, Serialize};
 
 use crate::octahedral::{direction_from_square, solid_angle_per_area, square_from_direction};
 use crate::record::Arrival;
 
 /// A positive density over all directions, constant per area within the leaves of a quadtree.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DirectionTree {
     quads: Box<[Quad]>,
 }
 
 /// An inner node: how likely each of its quarters is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 struct Quad {
     /// Probability of the left half.
     left: f32,

@@ -1,12 +1,13 @@
 use kilauea_math::Vec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use crate::cell_tree::CellTree;
 use crate::direction_tree::DirectionTree;
 use crate::record::GatherRecord;
 
 /// What is known of the light everywhere: where it comes from, cell by cell.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GatherField {
     tree: CellTree,
     directions: Vec<Option<DirectionTree>>,

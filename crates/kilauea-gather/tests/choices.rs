@@ -59,7 +59,7 @@ impl Strip {
             let [x, u] = uniforms(stream, i);
             let light = (u * N_LIGHTS as f32) as usize;
             let pixel = [(i / 2) as i32 % SIDE, (i / 2) as i32 / SIDE % SIDE];
-            choices.push(Self::place(x), pixel, false, &turns(light));
+            choices.push(Self::place(x), pixel, &turns(light));
             let brought = (self.light_at)(light, x) * N_LIGHTS as f32 * noise(i);
             choices.set_last_brought(brought);
             samples.push(PictureSample {
@@ -109,18 +109,14 @@ impl Found {
         self.forecast().expect("there are records").gain
     }
 
-    fn forecast_for(&self, n_samples: u32) -> Option<kilauea_gather::ChoiceForecast> {
+    fn forecast(&self) -> Option<kilauea_gather::ChoiceForecast> {
         let Self {
             choices,
             picture,
             plain,
             n_paths,
         } = self;
-        forecast_choice(choices, picture, *plain, *n_paths, n_samples)
-    }
-
-    fn forecast(&self) -> Option<kilauea_gather::ChoiceForecast> {
-        self.forecast_for(N_LIGHTS as u32)
+        forecast_choice(choices, picture, *plain, *n_paths)
     }
 }
 
@@ -166,32 +162,6 @@ fn noise_is_not_taken_for_knowledge() {
 }
 
 #[test]
-fn what_samples_share_out_is_left_to_them() {
-    let mut found = WALLS.look(11, 4_000, |_| 1.0);
-    let mut first = ChoiceRecords::default();
-    for record in found.choices.iter() {
-        let turns = found.choices.turns(record);
-        first.push([record.p, record.n], record.pixel, true, turns);
-        first.set_last_brought(record.brought);
-    }
-    found.choices = first;
-    let gain = |n_samples| {
-        found
-            .forecast_for(n_samples)
-            .expect("there are records")
-            .gain
-    };
-    // As many samples as lights have one each; half as many leave the second fork to cells.
-    assert_eq!(gain(4), 1.0);
-    assert!(
-        gain(2) > 1.2 && gain(1) > 1.5 * gain(2),
-        "{}, {}",
-        gain(2),
-        gain(1)
-    );
-}
-
-#[test]
 fn choices_that_bring_nothing_are_counted() {
     let found = WALLS.look(8, 4_000, |_| 1.0);
     let in_vain = found.forecast().expect("there are records").in_vain;
@@ -206,15 +176,13 @@ fn records_that_are_no_numbers_say_nothing() {
     let field = ChoiceField::fit(&found.choices, &found.picture);
     for brought in [f32::NAN, f32::INFINITY, -1.0] {
         let [p, n] = Strip::place(0.5);
-        found.choices.push([p, n], [0; 2], false, &turns(0));
+        found.choices.push([p, n], [0; 2], &turns(0));
         found.choices.set_last_brought(brought);
-        found
-            .choices
-            .push([f32::NAN * p, n], [0; 2], false, &turns(0));
+        found.choices.push([f32::NAN * p, n], [0; 2], &turns(0));
     }
     assert_eq!(ChoiceField::fit(&found.choices, &found.picture), field);
     assert!(found.gain() > 1.5);
     let nothing = ChoiceRecords::default();
     assert!(ChoiceField::fit(&nothing, &found.picture).is_none());
-    assert!(forecast_choice(&nothing, &found.picture, found.plain, 2_000, 1).is_none());
+    assert!(forecast_choice(&nothing, &found.picture, found.plain, 2_000).is_none());
 }

@@ -7,16 +7,16 @@ use std::time::{Duration, Instant};
 
 use kilauea_film::{Film, Filter};
 use kilauea_math::Vec2;
-use kilauea_scene::{GlobalIllumination, Integrator, RenderSettings, Shading};
+use kilauea_scene::{RenderSettings, Shading};
 use kilauea_spot::{Bytes, Delayed, Engine, Order, Program, Queue, RunError, Server, Split};
 
 use crate::RenderError;
 use crate::camera::RayGenerator;
-use crate::caustics::CausticPlan;
 use crate::conditions::Conditions;
+use crate::gather::GatherEstimate;
 use crate::integrator::{
-    Aimed, Air, Blame, Faults, Guide, Media, MediumStack, Merge, PathIntegrator, RayCone,
-    RayCounts, RayTracer, Unguided, Unmerged, Unwatched, media_around,
+    Blame, Faults, Guide, Media, MediumStack, Merge, PathIntegrator, RayCone, RayCounts, RayTracer,
+    Unguided, Unmerged, Unwatched, media_around,
 };
 use crate::needs::SceneNeeds;
 use crate::noise::{NoiseGate, n_pixels_below};
@@ -29,7 +29,7 @@ use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
 use crate::set::{SetParts, Traffic};
 use crate::shades::Shades;
-use crate::stats::{AimStats, CausticStats, GatherStats};
+use crate::stats::{AimStats, CausticStats};
 use crate::unit_pixels::UnitPixels;
 use crate::units::UnitSource;
 
@@ -46,6 +46,8 @@ pub(crate) struct Frame {
     pub(crate) passes: Passes,
     /// Where work comes from that others hand out; none where all of the frame is done here.
     pub(crate) units: Option<Arc<dyn UnitSource>>,
+    /// What the pilot of the same frame told before; none where this one has its own.
+    pub(crate) told: Option<Arc<GatherEstimate>>,
     /// Where sampling stops early; none where all pixels get all samples.
     pub(crate) noise: Option<NoiseGate>,
     pub(crate) n_threads: usize,
@@ -71,15 +73,12 @@ pub(crate) struct Outcome {
     /// Of samples that were not finite.
     pub(crate) faults: Faults,
     pub(crate) error: Option<RenderError>,
-    /// Until final paths were traced.
+    /// For training paths, and for what they told.
     pub(crate) gather_secs: f64,
     pub(crate) render_secs: f64,
     pub(crate) shades: Shades,
-    pub(crate) gather: GatherStats,
-    /// Whether final paths draw directions from it.
-    pub(crate) guides_directions: bool,
-    /// Whether they choose lights by it.
-    pub(crate) guides_lights: bool,
+    /// What final paths were told.
+    pub(crate) learnt: Arc<GatherEstimate>,
     pub(crate) caustics: CausticStats,
     pub(crate) aim: AimStats,
 }
@@ -111,66 +110,8 @@ impl Frame {
         self.ended.notify_all();
     }
 
-    /// Takes all samples.
-    ///
-    /// Paths that merge with photons or know what light there is are compiled once, for scenes that
-    /// have everything: as often as the others, they would take minutes.
-    fn take_samples(&self) -> Result<(), RenderError> {
-        if self.settings.gi == GlobalIllumination::Consistent
-            && let Some(plan) = CausticPlan::of(self)?
-        {
-            return self.run_merging(&plan);
-        }
-        match self.settings.integrator {
-            Integrator::Path => self.run_path(),
-            Integrator::Kilauea => self.run_guided(),
-        }
-    }
-
-    /// Takes all samples by paths that know nothing beforehand but where light is bright and seldom
-    /// found.
-    fn run_path(&self) -> Result<(), RenderError> {
-        match self.find_aims()? {
-            Some(field) => {
-                let integrator = self.integrator::<true, _>(self.camera_media());
-                self.run_all(integrator.guided_by(Aimed { field: &field }))
-            }
-            None => self.run_unguided(),
-        }
-    }
-
-    /// Takes all samples by paths that know nothing beforehand, without code for what the scene does
-    /// not have.
-    fn run_unguided(&self) -> Result<(), RenderError> {
-        match (self.needs.media, self.needs_keys()) {
-            (false, false) => self.run_all(self.integrator::<false, _>(Air)),
-            (false, true) => self.run_all(self.integrator::<true, _>(Air)),
-            (true, false) => self.run_all(self.integrator::<false, _>(self.camera_media())),
-            (true, true) => self.run_all(self.integrator::<true, _>(self.camera_media())),
-        }
-    }
-
-    /// Takes all samples by paths that know what light there is, where that pays.
-    fn run_guided(&self) -> Result<(), RenderError> {
-        let integrator = self.integrator::<true, _>(self.camera_media());
-        let estimate = match self.estimate_gather(integrator, &self.tracer()) {
-            Ok(estimate) => estimate,
-            Err(error) => return self.stopped_by(error),
-        };
-        self.lock_outcome().gather_secs = self.start.elapsed().as_secs_f64();
-        match estimate.guide() {
-            Some(guide) => self.run_all(integrator.guided_by(guide)),
-            None => self.run_path(),
-        }
-    }
-
-    /// Whether rays pass some of what they meet.
-    fn needs_keys(&self) -> bool {
-        self.needs.cutouts || self.needs.nested_media
-    }
-
     /// The media where the ray through the centre of the picture starts, as the shutter opens.
-    fn camera_media(&self) -> MediumStack {
+    pub(crate) fn camera_media(&self) -> MediumStack {
         let [width, height] = self.settings.resolution.map(|n| n as f32);
         let center = Vec2::new(width, height) / 2.0;
         let ray = self.camera.ray(center, Vec2::splat(0.5), 0.0).ray;
@@ -205,34 +146,8 @@ impl Frame {
         }
     }
 
-    /// Takes all samples by one integrator.
-    pub(crate) fn run_all<const CUTOUTS: bool, M: Media, G: Guide>(
-        &self,
-        integrator: PathIntegrator<'_, CUTOUTS, M, G>,
-    ) -> Result<(), RenderError> {
-        self.run_some(integrator, 0..self.passes.n_passes())
-    }
-
-    /// Takes all samples by paths that merge with photons, of which each pass has its own.
-    fn run_merging(&self, plan: &CausticPlan<'_>) -> Result<(), RenderError> {
-        let integrator = self.integrator::<true, _>(self.camera_media());
-        for pass in 0..self.passes.n_passes() {
-            if self.is_clean() || self.is_over() || self.is_late() {
-                break;
-            }
-            // Others may have finished the pass before this frame began.
-            if !self.has_work(&(pass..pass + 1)) {
-                continue;
-            }
-            let photons = plan.trace(self, pass)?;
-            let merging = integrator.merging_by(photons.merge(self));
-            self.run_some(merging, pass..pass + 1)?;
-        }
-        Ok(())
-    }
-
     /// Takes the samples of some passes.
-    fn run_some<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
+    pub(crate) fn run_some<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
         &self,
         integrator: PathIntegrator<'_, CUTOUTS, M, G, X>,
         passes: Range<u32>,
@@ -246,7 +161,7 @@ impl Frame {
     }
 
     /// A frame that was told to stop has not failed.
-    fn stopped_by(&self, error: RunError) -> Result<(), RenderError> {
+    pub(crate) fn stopped_by(&self, error: RunError) -> Result<(), RenderError> {
         if error == RunError::Cancelled {
             return Ok(());
         }

@@ -12,6 +12,7 @@ use crate::camera::RayGenerator;
 use crate::check::check_settings;
 use crate::conditions::Conditions;
 use crate::frame::Frame;
+use crate::gather::GatherEstimate;
 use crate::integrator::Blame;
 use crate::needs::SceneNeeds;
 use crate::noise::NoiseGate;
@@ -65,6 +66,24 @@ impl RenderJob {
         let mut frame = Frame::new(conditions, prepared, settings)?;
         frame.units = Some(source);
         Self::start_frame(frame)
+    }
+
+    /// Starts rendering with what the pilot of the same frame told before, in place of a pilot. The
+    /// image is the same.
+    pub fn start_told(
+        conditions: Conditions,
+        prepared: Arc<PreparedScene>,
+        settings: RenderSettings,
+        told: GatherEstimate,
+    ) -> Result<Self, RenderError> {
+        let mut frame = Frame::new(conditions, prepared, settings)?;
+        frame.told = Some(Arc::new(told));
+        Self::start_frame(frame)
+    }
+
+    /// What paths are told, once rendering has stopped: nothing, but by the integrator `kilauea`.
+    pub fn learnt(&self) -> Arc<GatherEstimate> {
+        Arc::clone(&self.frame.lock_outcome().learnt)
     }
 
     fn start_frame(frame: Frame) -> Result<Self, RenderError> {
@@ -210,6 +229,7 @@ impl Frame {
             noise: settings.noise.map(|noise| NoiseGate::new(&film, noise)),
             film,
             units: None,
+            told: None,
             pixels_sampled: AtomicU64::new(0),
             is_cancelled: AtomicBool::new(false),
             has_panicked: AtomicBool::new(false),

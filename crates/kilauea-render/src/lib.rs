@@ -35,12 +35,14 @@ mod shades;
 #[cfg(test)]
 mod statistics;
 mod stats;
+mod strategy;
 mod unit_pixels;
 mod units;
 
 pub use collect::CollectedFrame;
 pub use conditions::Conditions;
 pub use error::RenderError;
+pub use gather::GatherEstimate;
 pub use geometry::View;
 pub use job::{RenderJob, RenderResult};
 pub use needs::SceneNeeds;

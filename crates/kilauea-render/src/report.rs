@@ -25,8 +25,8 @@ impl Frame {
         let prepared = &*self.prepared;
         let full_passes = self.passes.n_done();
         let (needs, skipped) = SceneNeeds {
-            guided_directions: self.needs.guided_directions || outcome.guides_directions,
-            guided_lights: self.needs.guided_lights || outcome.guides_lights,
+            guided_directions: self.needs.guided_directions || outcome.learnt.directions.is_some(),
+            guided_lights: self.needs.guided_lights || outcome.learnt.knows_lights(),
             ..self.needs
         }
         .names();
@@ -77,7 +77,7 @@ impl Frame {
             },
             shades: outcome.shades.stats(),
             photons: outcome.caustics,
-            gather: outcome.gather,
+            gather: outcome.learnt.found,
             aim: outcome.aim,
             textures: Textures {
                 tiles_total: tiles.tiles_total,

@@ -151,8 +151,13 @@ pub struct GatherStats {
     /// Cells of lights.
     pub light_cells: u64,
     /// Variance of plain paths over that of paths that choose lights by cells, by the records of the
-    /// former; zero where they tell nothing.
+    /// former: the most that pictures gain. Zero where they tell nothing.
     pub forecast_of_lights: f32,
+    /// Pixels that got all of their samples with lights chosen by cells and without, as a trial.
+    pub pixels_tried: u64,
+    /// Efficiency of pixels whose lights are chosen by cells, over that of plain ones, as trial and
+    /// forecast together say; zero where it was not tried.
+    pub gain_of_lights: f32,
     /// Efficiency, one over variance and cost, of paths whose directions come from cells, over that
     /// of plain paths; zero where it was not measured.
     pub efficiency_of_directions: f32,

@@ -117,6 +117,8 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("--noise", type=_noise, metavar="THRESHOLD", help="stop where the image is this clean")
     add("--seed", type=int)
     add("--integrator", choices=BUILT_INTEGRATORS, help="path by default")
+    add("--save-estimates", metavar="FILE", help="keep what the pilot of kilauea told")
+    add("--estimates", metavar="FILE", help="what it told of the same frame, in place of a pilot")
     add("--gi", choices=("exact", "consistent"), help="exact by default")
     add("--max-depth", type=_not_negative, metavar="BOUNCES", help="16 by default")
     add("-j", "--threads", type=int, default=0, help="0 all cores, -1 all but one; of each worker")

@@ -82,6 +82,10 @@ class RenderOptions:
     """How the scene is spread over sets of workers; none where each has all of it."""
     resume: bool = False
     """Go on from what workers had rendered when the same command was killed."""
+    estimates: str | None = None
+    """A file with what the pilot of the same frame told, which then has none."""
+    save_estimates: str | None = None
+    """A file for what its pilot tells."""
 
     @property
     def has_workers(self) -> bool:
@@ -163,11 +167,13 @@ def render_frame(
             "camera": frame.camera["path"],
             "warnings": warnings + [f"missing: {m}" for m in frame.missing],
         }
-        settings = settings_record(frame, options)
-        job = scene.render(json.dumps(settings), json.dumps(metadata), *_sharing(options))
+        settings = json.dumps(settings_record(frame, options))
+        job = scene.render(settings, json.dumps(metadata), *_sharing(options), **_told(options))
         if options.metrics is not None:
             options.metrics.watch(job)
         wait(job, Progress(options.verbosity >= 2, options.alfred), options.cluster)
+        if options.save_estimates is not None:
+            scene.save_estimates(job, settings, options.save_estimates)
         stats = interrupt.run(lambda: json.loads(job.finish(options.outputs)), interrupt.GRACE_SECS)
     except (engine.SceneError, engine.RenderError) as error:
         raise KilaueaError(str(error)) from None
@@ -224,6 +230,11 @@ def _sharing(options: RenderOptions) -> list[Any]:
     else:
         sharing |= {"n_workers": options.cluster.n_workers, "host": options.cluster.console_host}
     return [json.dumps(sharing), options.crew]
+
+
+def _told(options: RenderOptions) -> dict[str, Any]:
+    """Return where it is told what paths may know beforehand, if it is."""
+    return {} if options.estimates is None else {"estimates": options.estimates}
 
 
 def summary(stats: dict[str, Any], outputs: list[str]) -> str:

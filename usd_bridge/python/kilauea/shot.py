@@ -101,6 +101,7 @@ def render(
     The exit code: 0, or that of a time limit before one full pass.
     """
     _check_workers(args)
+    _check_estimates(args)
     files = _Files.of(args, stage)
     is_last = made is None and len(files.frames) == 1
     made = made or Made()
@@ -127,6 +128,8 @@ class _Files:
     def of(cls, args: argparse.Namespace, stage: Any) -> _Files:
         """Return those that flags ask for, once it is known that they can be written."""
         frames = request.frames(args, stage.start_time)
+        if len(frames) > 1 and (args.estimates is not None or args.save_estimates is not None):
+            raise UsageError("--estimates and --save-estimates are of one frame")
         return cls(frames, *request.output_files(args, stage, frames))
 
 
@@ -141,6 +144,16 @@ def _check_workers(args: argparse.Namespace) -> None:
         raise UsageError("--metrics shows what workers do: it needs --workers or --cluster")
     if _set(args) is not None and not has_workers:
         raise UsageError("a set is of workers: it needs --workers or --cluster")
+
+
+def _check_estimates(args: argparse.Namespace) -> None:
+    """Refuse files of estimates where there is not one frame that they are of."""
+    if args.estimates is None and args.save_estimates is None:
+        return
+    if args.workers is not None or args.cluster is not None:
+        raise UsageError("--estimates and --save-estimates: workers keep what they learn")
+    if args.integrator == "path":
+        raise UsageError("--estimates and --save-estimates are of the integrator kilauea")
 
 
 def _set(args: argparse.Namespace) -> dict[str, Any] | None:
@@ -201,6 +214,8 @@ def _render(
             metrics=metrics,
             set=_set(args),
             resume=args.resume,
+            estimates=args.estimates,
+            save_estimates=args.save_estimates,
         )
         stats = render_frame(frame, options, made.scene)
         said = {*frame.warnings, *frame.notes}

@@ -1,177 +1,135 @@
 //! Final-gather estimation: passes of paths whose light is not shown, but recorded for the paths
 //! after them.
 
+mod directions;
+mod lights;
+mod pilot;
+mod pixel_grid;
 #[cfg(test)]
 mod spoiled;
 mod trainer;
 mod training_pass;
+mod trial;
 
-use kilauea_gather::{
-    ChoiceField, GatherField, PathError, PictureEstimate, PictureSample, forecast, forecast_choice,
-};
+use std::time::Instant;
+
+use kilauea_gather::{ChoiceField, GatherField, PathError};
 use kilauea_spot::RunError;
+use serde::{Deserialize, Serialize};
 
 use crate::frame::Frame;
-use crate::integrator::{GUIDED_SHARE, Guided, Media, PathIntegrator, RayTracer};
+use crate::integrator::{Media, Notes, PathIntegrator, RayTracer};
 use crate::light::ByCells;
 use crate::stats::GatherStats;
+use pilot::Pilot;
 use trainer::Trainer;
 
-/// Plain paths are left for guided ones that are at least so much more efficient.
+/// Plain paths are left for others that are at least so much more efficient.
 const LEAST_GAIN: f32 = 1.05;
-/// Where guided paths of a field that was made from few gain no more, more will not help.
-const HOPELESS: f32 = 1.0;
-/// Time of a path that chooses lights by cells over that of a plain one; measured in `many_lights`, with
-/// what a pilot takes of a short frame.
-const CHOICE_COST: f32 = 1.1;
-/// Time of a guided path over that of a plain path of as many rays; measured in `03_window`, rounded
-/// down by what training took of it.
-const GUIDED_COST: f32 = 1.3;
 
-/// What is known of the light before final paths are traced, as far as it pays.
-#[derive(Default)]
-pub(crate) struct GatherEstimate {
+/// What is known of the light before final paths are traced, as far as it pays. Whatever it says, it
+/// changes no expectation.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GatherEstimate {
     /// Where light comes from.
-    directions: Option<GatherField>,
+    pub(crate) directions: Option<GatherField>,
     /// Which lights bring it.
     lights: Option<ChoiceField>,
+    /// What the pilot found that told so.
+    pub(crate) found: GatherStats,
 }
 
 impl GatherEstimate {
-    /// What paths are told of it; none where nothing pays.
-    pub(crate) fn guide(&self) -> Option<Guided<'_>> {
-        let is_any = self.directions.is_some() || self.lights.is_some();
-        is_any.then_some(Guided {
-            field: self.directions.as_ref(),
-            lights: ByCells {
-                field: self.lights.as_ref(),
-            },
-        })
+    /// How lights are chosen.
+    pub(crate) fn lights(&self) -> ByCells<'_> {
+        ByCells {
+            field: self.lights.as_ref(),
+        }
+    }
+
+    /// Whether lights are chosen by it.
+    pub(crate) fn knows_lights(&self) -> bool {
+        self.lights.is_some()
+    }
+
+    /// Notes what it is made of, and how much there is of it.
+    fn count(&mut self, n_paths: u64, n_records: usize) {
+        let (directions, lights) = (&self.directions, &self.lights);
+        let n_bytes = directions.as_ref().map_or(0, GatherField::n_bytes)
+            + lights.as_ref().map_or(0, ChoiceField::n_bytes);
+        self.found = GatherStats {
+            paths: n_paths,
+            records: n_records as u64,
+            cells: directions.as_ref().map_or(0, GatherField::n_cells) as u64,
+            light_cells: lights.as_ref().map_or(0, ChoiceField::n_cells) as u64,
+            bytes: n_bytes as u64,
+            ..self.found
+        };
     }
 }
 
 impl Frame {
-    /// Learns from a pilot of plain paths: which lights are worth choosing, and where light comes from.
+    /// Learns from a pilot of plain paths what pays: which lights are worth choosing,
+    /// and where light comes from.
     ///
-    /// Their records forecast whether either would pay. Guided directions are tried as well: passes
-    /// of guided paths, the second longer (Müller et al. 2017), leave more records, and tell whether
-    /// they do.
+    /// Their records forecast whether either would pay. A first part of the pilot is all where there
+    /// is nothing to hope for; what there is hope for is tried as well.
     pub(crate) fn estimate_gather<const CUTOUTS: bool, M: Media>(
         &self,
         integrator: PathIntegrator<'_, CUTOUTS, M>,
         tracer: &RayTracer<'_, CUTOUTS>,
     ) -> Result<GatherEstimate, RunError> {
+        let start = Instant::now();
         let Some(mut trainer) = Trainer::new(self, integrator, tracer) else {
             return Ok(GatherEstimate::default());
         };
-        let mut tried = GatherStats::default();
         let mut estimate = GatherEstimate::default();
-        let samples = trainer.run(1, None)?;
-        if let Some(pilot) = Pilot::of(self, &samples) {
-            estimate.lights = self.learn_lights(&trainer, &pilot, &mut tried);
-            estimate.directions = self.learn_directions(&mut trainer, &pilot, &mut tried)?;
+        let found = &mut estimate.found;
+        if let Some((pilot, hopes)) = self.look(&mut trainer, found)? {
+            if hopes.lights {
+                estimate.lights = self.learn_lights(&trainer, &pilot, found)?;
+            }
+            if hopes.directions {
+                estimate.directions = self.learn_directions(&mut trainer, &pilot, found)?;
+            }
         }
-        let GatherEstimate { directions, lights } = &estimate;
-        let mut outcome = self.lock_outcome();
-        outcome.gather = GatherStats {
-            paths: trainer.n_paths,
-            records: trainer.records.len() as u64,
-            cells: directions.as_ref().map_or(0, GatherField::n_cells) as u64,
-            light_cells: lights.as_ref().map_or(0, ChoiceField::n_cells) as u64,
-            bytes: (directions.as_ref().map_or(0, GatherField::n_bytes)
-                + lights.as_ref().map_or(0, ChoiceField::n_bytes)) as u64,
-            ..tried
-        };
-        outcome.guides_directions = directions.is_some();
-        outcome.guides_lights = lights.is_some();
-        drop(outcome);
+        estimate.count(trainer.n_paths, trainer.records.len());
+        self.lock_outcome().gather_secs = start.elapsed().as_secs_f64();
         Ok(estimate)
     }
 
-    /// What lights bring in each cell, where choosing them by that pays.
-    fn learn_lights<const CUTOUTS: bool, M: Media>(
-        &self,
-        trainer: &Trainer<'_, '_, CUTOUTS, M>,
-        pilot: &Pilot,
-        tried: &mut GatherStats,
-    ) -> Option<ChoiceField> {
-        let Pilot {
-            picture,
-            plain,
-            n_paths,
-        } = pilot;
-        let choices = &trainer.choices;
-        tried.choices = choices.len() as u64;
-        let forecast = forecast_choice(
-            choices,
-            picture,
-            *plain,
-            *n_paths,
-            self.settings.samples_per_pixel,
-        )?;
-        tried.choices_in_vain = forecast.in_vain;
-        tried.forecast_of_lights = forecast.gain;
-        let pays = forecast.gain >= LEAST_GAIN * CHOICE_COST || self.needs.guided_lights;
-        pays.then(|| ChoiceField::fit(choices, picture)).flatten()
-    }
-
-    /// Where light comes from in each cell, where drawing directions from that pays.
-    fn learn_directions<const CUTOUTS: bool, M: Media>(
+    /// Traces the pilot, or the first part of it. Returns what it tells, and what there is to hope
+    /// for; none where nothing is seen.
+    fn look<const CUTOUTS: bool, M: Media>(
         &self,
         trainer: &mut Trainer<'_, '_, CUTOUTS, M>,
-        pilot: &Pilot,
-        tried: &mut GatherStats,
-    ) -> Result<Option<GatherField>, RunError> {
-        let Pilot { picture, plain, .. } = pilot;
-        let is_forced = self.needs.guided_directions;
-        tried.forecast = forecast(&trainer.records, picture, GUIDED_SHARE).unwrap_or(0.0);
-        if tried.forecast <= HOPELESS && !is_forced {
-            return Ok(None);
-        }
-        let mut field = trainer.fit();
-        for length in [2, 4] {
-            let Some(guide) = field.as_ref().map(Guided::by_directions) else {
-                break;
+        found: &mut GatherStats,
+    ) -> Result<Option<(Pilot, Notes)>, RunError> {
+        let mut hopes = Notes {
+            directions: true,
+            lights: true,
+        };
+        let mut samples = Vec::new();
+        let mut seen = None;
+        for n_paths in trainer.looks() {
+            samples.extend(trainer.run(n_paths, None, hopes)?);
+            let Some(pilot) = Pilot::of(self, &samples) else {
+                return Ok(None);
             };
-            let samples = trainer.run(length, Some(guide))?;
-            if let Some(guided) = picture.error_of(&samples) {
-                tried.efficiency_of_directions = efficiency(*plain, guided);
-            }
-            if tried.efficiency_of_directions <= HOPELESS && !is_forced {
+            hopes = Notes {
+                lights: hopes.lights && self.hopes_for_lights(trainer, &pilot, found),
+                directions: hopes.directions && self.hopes_for_directions(trainer, &pilot, found),
+            };
+            seen = Some((pilot, hopes));
+            if hopes == Notes::default() {
                 break;
             }
-            field = trainer.fit();
         }
-        let pays = tried.efficiency_of_directions >= LEAST_GAIN || is_forced;
-        Ok(field.filter(|_| pays))
+        Ok(seen)
     }
 }
 
-/// What a pass of plain paths tells of the picture.
-struct Pilot {
-    picture: PictureEstimate,
-    /// Error of one of its paths.
-    plain: PathError,
-    n_paths: usize,
-}
-
-impl Pilot {
-    /// None where nothing is seen.
-    fn of(frame: &Frame, samples: &[PictureSample]) -> Option<Self> {
-        let window = frame.film.data_window();
-        let picture = PictureEstimate::fit(window.min, window.max, samples)?;
-        let plain = picture.error_of(samples)?;
-        Some(Self {
-            picture,
-            plain,
-            n_paths: samples.len(),
-        })
-    }
-}
-
-/// Efficiency of guided paths relative to plain ones.
-fn efficiency(plain: PathError, guided: PathError) -> f32 {
-    let cost = |error: PathError, lookups: f32| 1.0 + error.n_rays * lookups;
-    plain.relative_variance * cost(plain, 1.0)
-        / (guided.relative_variance * cost(guided, GUIDED_COST))
+/// What paths cost over what plain ones do, where each of their rays takes `cost_of_ray` times as long.
+fn relative_cost(plain: PathError, told: PathError, cost_of_ray: f32) -> f32 {
+    (1.0 + told.n_rays * cost_of_ray) / (1.0 + plain.n_rays)
 }

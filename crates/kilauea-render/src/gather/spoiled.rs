@@ -16,14 +16,17 @@ use kilauea_testing::{Family, Moments, welch_p};
 use super::trainer::Trainer;
 use crate::conditions::Conditions;
 use crate::frame::Frame;
-use crate::integrator::{Guide, Guided, Media, MediumStack, Unguided};
-use crate::light::ByCells;
+use crate::integrator::{Guide, Guided, Media, MediumStack, Notes, Unguided};
 use crate::statistics::lights::{RECT, SPHERE, light};
 
 use crate::{PrepareOptions, PreparedScene};
 
 const N_SEEDS: u32 = 16;
 const SIDE: u32 = 8;
+const NOTES: Notes = Notes {
+    directions: true,
+    lights: true,
+};
 /// Pixels on the side of a tile, whose mean is nearly normal.
 const TILE: u32 = 4;
 const N_TILES: usize = ((SIDE / TILE) * (SIDE / TILE)) as usize;
@@ -139,9 +142,8 @@ fn frame(prepared: &Arc<PreparedScene>, seed: u32) -> Frame {
 /// Means of the tiles of a picture that paths with a guide make.
 fn tile_means(prepared: &Arc<PreparedScene>, seed: u32, guide: impl Guide) -> [f64; N_TILES] {
     let frame = frame(prepared, seed);
-    let integrator = frame.integrator::<true, _>(MediumStack::AIR);
     frame
-        .run_all(integrator.guided_by(guide))
+        .run_all::<true, _, _>(MediumStack::AIR, guide)
         .expect("no shader panics");
     let image = frame.film.to_image(DVec3::ZERO);
     let mut means = [0.0; N_TILES];
@@ -204,7 +206,9 @@ fn spoiled_guides_change_no_expectation() {
     let integrator = trained.integrator::<true, _>(MediumStack::AIR);
     let tracer = trained.tracer();
     let mut trainer = Trainer::new(&trained, integrator, &tracer).expect("it is told to train");
-    trainer.run(16, None).expect("no shader panics");
+    trainer
+        .run(16.0 * trainer.pilot_paths, None, NOTES)
+        .expect("no shader panics");
 
     let expected = moments(&prepared, 1000, Unguided);
     let mut family = Family::new("guides");
@@ -238,7 +242,7 @@ fn spoiled(choices: &ChoiceRecords, spoil: SpoilChoice) -> ChoiceRecords {
     let mut spoiled = ChoiceRecords::default();
     for (i, record) in (0..).zip(choices.iter()) {
         let (place, turns) = ([record.p, record.n], choices.turns(record));
-        spoiled.push(place, record.pixel, record.is_first, turns);
+        spoiled.push(place, record.pixel, turns);
         spoiled.set_last_brought(spoil(i, record.brought));
     }
     spoiled
@@ -252,7 +256,9 @@ fn spoiled_choices_of_lights_change_no_expectation() {
     let integrator = trained.integrator::<true, _>(MediumStack::AIR);
     let tracer = trained.tracer();
     let mut trainer = Trainer::new(&trained, integrator, &tracer).expect("it is told to train");
-    let samples = trainer.run(4, None).expect("no shader panics");
+    let samples = trainer
+        .run(4.0 * trainer.pilot_paths, None, NOTES)
+        .expect("no shader panics");
     let picture = PictureEstimate::fit([0; 2], [SIDE as i32; 2], &samples).expect("there is light");
 
     let expected = moments(&prepared, 1000, Unguided);
@@ -260,14 +266,7 @@ fn spoiled_choices_of_lights_change_no_expectation() {
     for (seed, (what, spoil)) in (1..).zip(SPOILED_CHOICES) {
         let choices = spoiled(&trainer.choices, spoil);
         let field = ChoiceField::fit(&choices, &picture).expect("there are choices");
-        let lights = ByCells {
-            field: Some(&field),
-        };
-        let guide = Guided {
-            field: None,
-            lights,
-        };
-        let found = moments(&prepared, 2000 * seed, guide);
+        let found = moments(&prepared, 2000 * seed, Guided::by_lights(&field));
         for (tile, (a, b)) in expected.iter().zip(&found).enumerate() {
             let p = welch_p(a, b, 3e-5 * a.mean);
             family.add(format!("{what}, tile {tile}"), p);

@@ -24,7 +24,8 @@ pub(crate) use camera_media::media_around;
 pub(crate) use cone::RayCone;
 pub(crate) use fault::{Fault, Faults, FirstFault, SampleId, Step, Unwatched};
 pub(crate) use guide::{
-    Aimed, GUIDED_SHARE, Guide, Guided, MIN_GUIDED_ROUGHNESS, PathTrail, Training, Unguided, n_rays,
+    Aimed, GUIDED_SHARE, Guide, Guided, LightGuided, MIN_GUIDED_ROUGHNESS, Notes, PathTrail,
+    Training, Unguided, n_rays,
 };
 pub(crate) use media::{Air, Boundary, Media, MediumStack};
 pub(crate) use merge::{CausticMerge, Merge, Unmerged};

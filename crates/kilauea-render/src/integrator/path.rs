@@ -138,6 +138,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             path.ray.origin.is_finite() && path.ray.dir.is_finite()
         });
         counts.camera += 1;
+        self.guide.set_out(trail);
         let mut next = Some(cx.ask(Question::closest::<CUTOUTS>(&path.ray, &sampler, 0)));
         async move {
             let mut out = PathSample::new();

@@ -49,7 +49,8 @@ pub(crate) struct ByCells<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellWalk<'a> {
     cell: Option<CellChoice<'a>>,
-    /// Whether this one is drawn by importance.
+    /// Whether this one is drawn by importance. Without a cell it is as an [`ImportanceWalk`], bit for
+    /// bit.
     is_plain: bool,
     by_importance: f32,
     by_cell: f32,
@@ -87,14 +88,20 @@ impl LightWalk for ImportanceWalk {
     }
 }
 
+impl ByCells<'_> {
+    /// Nothing is known.
+    pub(crate) const BLIND: Self = Self { field: None };
+}
+
 impl<'a> LightChooser for ByCells<'a> {
     type Walk = CellWalk<'a>;
 
     #[inline]
     fn walk(&self, receiver: Receiver) -> CellWalk<'a> {
+        let cell = self.field.map(|field| field.at(receiver.p, receiver.n));
         CellWalk {
-            cell: self.field.map(|field| field.at(receiver.p, receiver.n)),
-            is_plain: false,
+            cell,
+            is_plain: cell.is_none(),
             by_importance: 1.0,
             by_cell: 1.0,
         }
@@ -104,6 +111,9 @@ impl<'a> LightChooser for ByCells<'a> {
 impl LightWalk for CellWalk<'_> {
     #[inline]
     fn begin(&mut self, u: f32) -> f32 {
+        if self.cell.is_none() {
+            return u;
+        }
         self.is_plain = u < PLAIN_CHOICES;
         if self.is_plain {
             u / PLAIN_CHOICES
@@ -123,6 +133,9 @@ impl LightWalk for CellWalk<'_> {
 
     #[inline]
     fn probability(&self) -> f32 {
+        if self.cell.is_none() {
+            return self.by_importance;
+        }
         PLAIN_CHOICES * self.by_importance + (1.0 - PLAIN_CHOICES) * self.by_cell
     }
 }

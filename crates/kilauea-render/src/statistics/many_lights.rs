@@ -142,7 +142,7 @@ fn hearsay(lights: &Lights, receiver: Receiver) -> ChoiceField {
         };
         let turns = lights.turns_to(picked.light, receiver);
         if !turns.is_empty() {
-            choices.push([receiver.p, receiver.n], [0; 2], false, &turns);
+            choices.push([receiver.p, receiver.n], [0; 2], &turns);
             let [is_any] = uniforms(6, picked.light);
             choices.set_last_brought(f32::from(u8::from(is_any < 0.3)));
         }

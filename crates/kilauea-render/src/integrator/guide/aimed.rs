@@ -52,6 +52,11 @@ impl<'a> Guide for Aimed<'a> {
     type Trail = AimedTrail;
 
     #[inline]
+    fn set_out(&self, trail: &mut AimedTrail) {
+        *trail = AimedTrail::default();
+    }
+
+    #[inline]
     fn at(&self, receiver: Receiver) -> Known<'a> {
         Known::new(self.field.directions(receiver.p, receiver.n), AIMED_SHARE)
     }

@@ -3,17 +3,20 @@
 //! Simulation"; Müller, Gross & Novák 2017, "Practical Path Guiding").
 
 use kilauea_bsdf::{BsdfSample, SeenBsdf};
-use kilauea_gather::{DirectionTree, GatherField};
+use kilauea_gather::{ChoiceField, DirectionTree, GatherField};
 use kilauea_math::{Vec2, Vec3};
 
+use super::aimed::{Aimed, AimedTrail};
 use super::{Drawn, Guide, Knowledge};
 use crate::light::{ByCells, CellWalk, LightChooser, Receiver};
 
-/// Knows where light comes from in each cell, and which lights bring it.
+/// Knows where light comes from in each cell, at what to aim, and which lights bring light.
 #[derive(Clone, Copy)]
 pub(crate) struct Guided<'a> {
-    /// None where directions are left to the BSDF.
+    /// None where directions are left to the BSDF and to aims.
     pub(crate) field: Option<&'a GatherField>,
+    /// They come before what is known of cells: what is aimed at, cells have not seen.
+    pub(crate) aims: Option<Aimed<'a>>,
     pub(crate) lights: ByCells<'a>,
 }
 
@@ -41,10 +44,28 @@ impl<'a> LightChooser for Guided<'a> {
 
 impl<'a> Guide for Guided<'a> {
     type Knowledge = Known<'a>;
-    type Trail = ();
+    /// None where nothing is aimed.
+    type Trail = Option<AimedTrail>;
+
+    #[inline]
+    fn set_out(&self, trail: &mut Self::Trail) {
+        *trail = self.aims.map(|_| AimedTrail::default());
+    }
+
+    #[inline]
+    fn undimmed(trail: &mut Self::Trail, drawn: &Drawn) -> f32 {
+        match trail {
+            Some(trail) => Aimed::undimmed(trail, drawn),
+            None => 1.0,
+        }
+    }
 
     #[inline]
     fn at(&self, receiver: Receiver) -> Known<'a> {
+        let aimed = self.aims.map(|aims| aims.at(receiver));
+        if let Some(aimed) = aimed.filter(Knowledge::chooses_directions) {
+            return aimed;
+        }
         let directions = self
             .field
             .and_then(|field| field.directions(receiver.p, receiver.n));
@@ -53,11 +74,25 @@ impl<'a> Guide for Guided<'a> {
 }
 
 impl<'a> Guided<'a> {
+    const BLIND: Self = Self {
+        field: None,
+        aims: None,
+        lights: ByCells::BLIND,
+    };
+
     /// Knows directions alone.
     pub(crate) fn by_directions(field: &'a GatherField) -> Self {
         Self {
             field: Some(field),
-            lights: ByCells { field: None },
+            ..Self::BLIND
+        }
+    }
+
+    /// Knows lights alone.
+    pub(crate) fn by_lights(field: &'a ChoiceField) -> Self {
+        Self {
+            lights: ByCells { field: Some(field) },
+            ..Self::BLIND
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod aimed;
 mod guided;
+mod light_guided;
 mod training;
 mod unguided;
 
@@ -13,7 +14,8 @@ use crate::light::{LightChooser, Lights, Receiver};
 
 pub(crate) use aimed::Aimed;
 pub(crate) use guided::{GUIDED_SHARE, Guided, MIN_GUIDED_ROUGHNESS};
-pub(crate) use training::{PathTrail, Training, n_rays};
+pub(crate) use light_guided::LightGuided;
+pub(crate) use training::{Notes, PathTrail, Training, n_rays};
 pub(crate) use unguided::Unguided;
 
 /// What paths know, lights among it.
@@ -26,9 +28,13 @@ pub(crate) trait Guide: LightChooser {
     /// What is known of a place that a path reaches.
     fn at(&self, receiver: Receiver) -> Self::Knowledge;
 
-    /// A path begins in a pixel.
+    /// Paths begin in a pixel.
     #[inline]
     fn begin(&self, _trail: &mut Self::Trail, _pixel: [i32; 2]) {}
+
+    /// A path leaves the camera, after others with the same trail.
+    #[inline]
+    fn set_out(&self, _trail: &mut Self::Trail) {}
 
     /// A light was chosen at a vertex, by number, before it adds anything to the sample.
     #[inline]

@@ -7,25 +7,34 @@ use kilauea_math::{Spectrum, Vec3};
 use super::Guide;
 use super::guided::{Guided, Known};
 use crate::integrator::{PathSample, RayTally};
-use crate::light::{ByImportance, ImportanceWalk, LightChooser, Lights, Receiver};
+use crate::light::{ByCells, CellWalk, LightChooser, Lights, Receiver};
 
 /// Guides by what earlier paths found, if there were any, and notes what paths find.
 #[derive(Clone, Copy)]
 pub(crate) struct Training<'a> {
     pub(crate) guide: Option<Guided<'a>>,
+    pub(crate) notes: Notes,
+}
+
+/// What paths note.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Notes {
+    /// From where light came.
+    pub(crate) directions: bool,
+    /// Which lights were chosen, by paths that are not told which to choose.
+    pub(crate) lights: bool,
 }
 
 /// A path's vertices, until it is known what light they received.
 #[derive(Debug, Default)]
 pub(crate) struct PathTrail {
     pixel: [i32; 2],
+    notes: Notes,
     /// Scattering whose vertex has not added its own light yet.
     pending: Option<TrailVertex>,
     vertices: Vec<TrailVertex>,
     /// Light of the sample when a light was chosen for which it is not known yet what it brings.
     sought: Option<f32>,
-    /// Whether the path has chosen a light.
-    has_sought: bool,
     /// Lights that this path and those before it chose.
     pub(crate) choices: ChoiceRecords,
 }
@@ -42,12 +51,13 @@ struct TrailVertex {
     gathered: Spectrum,
 }
 
-impl LightChooser for Training<'_> {
-    type Walk = ImportanceWalk;
+impl<'a> LightChooser for Training<'a> {
+    type Walk = CellWalk<'a>;
 
     #[inline]
-    fn walk(&self, receiver: Receiver) -> ImportanceWalk {
-        ByImportance.walk(receiver)
+    fn walk(&self, receiver: Receiver) -> CellWalk<'a> {
+        let lights = self.guide.map_or(ByCells::BLIND, |guide| guide.lights);
+        lights.walk(receiver)
     }
 }
 
@@ -57,6 +67,7 @@ impl<'a> Guide for Training<'a> {
 
     fn begin(&self, trail: &mut PathTrail, pixel: [i32; 2]) {
         trail.pixel = pixel;
+        trail.notes = self.notes;
     }
 
     #[inline]
@@ -72,12 +83,14 @@ impl<'a> Guide for Training<'a> {
         light: u32,
         out: &PathSample,
     ) {
+        if !trail.notes.lights {
+            return;
+        }
         let Receiver { p, n } = receiver;
         let turns = lights.turns_to(light, receiver);
-        let is_first = !std::mem::replace(&mut trail.has_sought, true);
         // Without turns there is no choice.
         if !turns.is_empty() {
-            trail.choices.push([p, n], trail.pixel, is_first, &turns);
+            trail.choices.push([p, n], trail.pixel, &turns);
             trail.sought = Some(out.light().luminance());
         }
     }
@@ -88,6 +101,9 @@ impl<'a> Guide for Training<'a> {
         sample: Option<&BsdfSample>,
         arriving: Spectrum,
     ) {
+        if !trail.notes.directions {
+            return;
+        }
         trail.pending = sample.filter(|s| !s.is_delta).map(|sample| TrailVertex {
             receiver,
             wi: sample.wi,
@@ -115,7 +131,6 @@ impl<'a> Guide for Training<'a> {
 impl PathTrail {
     /// Ends the path: adds what its vertices learnt to `records`.
     pub(crate) fn end(&mut self, out: &PathSample, records: &mut Vec<GatherRecord>) {
-        self.has_sought = false;
         let (pixel, light) = (self.pixel, out.light());
         records.extend(self.vertices.drain(..).map(|vertex| {
             let Receiver { p, n } = vertex.receiver;

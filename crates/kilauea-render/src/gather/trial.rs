@@ -1,0 +1,140 @@
+//! A trial: all samples of a few pixels, with what was learnt and without, twice each.
+//!
+//! Samples of a pixel have stratified numbers. What they share out evenly by those, no knowledge
+//! makes better, and no path by itself tells how much that is.
+
+use kilauea_gather::{PathError, PictureEstimate, PictureSample};
+use kilauea_math::hash::combine;
+use kilauea_spot::{Context, Program};
+
+use super::pixel_grid::PixelGrid;
+use crate::follow::Follow;
+use crate::frame::Frame;
+use crate::integrator::{
+    Answer, Guide, Media, PathTrail, Question, RayTally, Training, Unmerged, n_rays,
+};
+use crate::program::StopOnPanic;
+use crate::sampler::SamplerTables;
+use crate::samples::{PixelSampler, SampleStart, SampledPixel};
+
+/// Share of a frame's paths in a trial.
+const TRIAL_SHARE: f64 = 1.0 / 64.0;
+/// More tell nothing new.
+const MOST_PIXELS: f64 = 2048.0;
+/// Samples of a pixel at most: those of a longer frame share out little more.
+const MOST_SAMPLES: u32 = 64;
+/// Of each pixel, two with and two without.
+const N_PICTURES: f64 = 4.0;
+/// Apart from all seeds of pictures and of training.
+const TRIAL_SEED: u32 = 0x7472_6961;
+
+/// The pixels of a trial, and the numbers of either sample of each.
+pub(super) struct TrialGrid {
+    pub(super) pixels: PixelGrid,
+    n_samples: u32,
+    numbers: [SamplerTables; 2],
+}
+
+impl TrialGrid {
+    pub(super) fn new(frame: &Frame) -> Self {
+        let settings = &frame.settings;
+        let n_samples = settings.samples_per_pixel.min(MOST_SAMPLES);
+        let seed = combine(settings.seed, TRIAL_SEED);
+        let n_pixels = TRIAL_SHARE * frame.n_pixels as f64 / N_PICTURES;
+        Self {
+            pixels: PixelGrid::new(frame, n_pixels.min(MOST_PIXELS), seed),
+            n_samples,
+            numbers: [1, 2].map(|picture| {
+                SamplerTables::new(n_samples, settings.max_depth, combine(seed, picture))
+            }),
+        }
+    }
+}
+
+/// Takes the samples of a pixel, with and without.
+pub(super) struct TrialPaths<'f, const CUTOUTS: bool, M> {
+    pub(super) plain: PixelSampler<'f, CUTOUTS, M, Training<'f>, Unmerged>,
+    pub(super) told: PixelSampler<'f, CUTOUTS, M, Training<'f>, Unmerged>,
+    pub(super) grid: &'f TrialGrid,
+}
+
+/// Means of all samples of pixels, two after each other of one pixel.
+#[derive(Default)]
+pub(super) struct Tried {
+    pub(super) plain: Vec<PictureSample>,
+    pub(super) told: Vec<PictureSample>,
+    pub(super) counts: RayTally,
+}
+
+impl Tried {
+    /// Errors of pixels without and with what was learnt. None where no pixel was tried.
+    pub(super) fn errors(&self, picture: &PictureEstimate) -> Option<[PathError; 2]> {
+        let plain = picture.error_of(&self.plain)?;
+        Some([plain, picture.error_of(&self.told)?])
+    }
+}
+
+impl<const CUTOUTS: bool, M: Media> Follow for TrialPaths<'_, CUTOUTS, M> {
+    type Left = Tried;
+
+    async fn follow<P, C>(&self, block: u32, tried: &mut Tried, cx: &C)
+    where
+        P: Program<Question = Question, Answer = Answer>,
+        C: Context<P>,
+    {
+        let frame = self.plain.frame;
+        let _stop = StopOnPanic(frame);
+        if frame.is_over() || frame.is_late() {
+            return;
+        }
+        let Tried {
+            plain,
+            told,
+            counts,
+        } = tried;
+        let position = self.grid.pixels.pixel(block);
+        for numbers in &self.grid.numbers {
+            let pixel = SampledPixel {
+                position,
+                sequence: numbers.pixel(position),
+            };
+            plain.push(self.mean(&self.plain, &pixel, counts, cx).await);
+            told.push(self.mean(&self.told, &pixel, counts, cx).await);
+        }
+    }
+}
+
+impl<'f, const CUTOUTS: bool, M: Media> TrialPaths<'f, CUTOUTS, M> {
+    /// The mean of all samples of a pixel.
+    async fn mean<P, C>(
+        &self,
+        sampler: &PixelSampler<'f, CUTOUTS, M, Training<'f>, Unmerged>,
+        pixel: &SampledPixel<'_>,
+        counts: &mut RayTally,
+        cx: &C,
+    ) -> PictureSample
+    where
+        P: Program<Question = Question, Answer = Answer>,
+        C: Context<P>,
+    {
+        let integrator = &sampler.integrator;
+        let mut trail = PathTrail::default();
+        integrator.guide.begin(&mut trail, pixel.position);
+        let n_rays_before = n_rays(counts);
+        let mut sum = 0.0;
+        for sample_idx in 0..self.grid.n_samples {
+            let SampleStart { ray, sampler, .. } = sampler.start(pixel, sample_idx);
+            let path = integrator.start(ray);
+            let out = integrator
+                .trace(path, sampler, counts, &mut trail, cx)
+                .await;
+            sum += out.light().luminance();
+        }
+        let n_samples = self.grid.n_samples as f32;
+        PictureSample {
+            pixel: pixel.position,
+            luminance: sum / n_samples,
+            n_rays: (n_rays(counts) - n_rays_before) as f32 / n_samples,
+        }
+    }
+}

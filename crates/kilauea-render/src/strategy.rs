@@ -1,0 +1,124 @@
+//! By which paths the samples of a frame are taken: what they are told beforehand, and with what code.
+//!
+//! Plain paths are compiled without what a scene does not have, and so are those that are told of
+//! lights alone; all others once, for scenes that have everything: as often as these, they would take
+//! minutes.
+
+use std::sync::Arc;
+
+use kilauea_scene::{GlobalIllumination, Integrator};
+
+use crate::RenderError;
+use crate::caustics::CausticPlan;
+use crate::frame::Frame;
+use crate::gather::GatherEstimate;
+use crate::integrator::{Aimed, Air, Guide, Guided, LightGuided, Media, PathIntegrator, Unguided};
+
+impl Frame {
+    /// Takes all samples.
+    pub(crate) fn take_samples(&self) -> Result<(), RenderError> {
+        let plan = match self.settings.gi {
+            GlobalIllumination::Exact => None,
+            GlobalIllumination::Consistent => CausticPlan::of(self)?,
+        };
+        let learnt = match (&self.told, self.settings.integrator) {
+            (_, Integrator::Path) => Arc::default(),
+            (Some(told), Integrator::Kilauea) => Arc::clone(told),
+            (None, Integrator::Kilauea) => {
+                let integrator = self.integrator::<true, _>(self.camera_media());
+                match self.estimate_gather(integrator, &self.tracer()) {
+                    Ok(learnt) => Arc::new(learnt),
+                    Err(error) => return self.stopped_by(error),
+                }
+            }
+        };
+        self.lock_outcome().learnt = Arc::clone(&learnt);
+        match plan {
+            Some(plan) => self.run_merging(&plan, &learnt),
+            None => self.run_told(&learnt),
+        }
+    }
+
+    /// Takes all samples by paths that are told what was learnt, and where light is bright and seldom
+    /// found.
+    fn run_told(&self, learnt: &GatherEstimate) -> Result<(), RenderError> {
+        let aims = self.find_aims()?;
+        let aims = aims.as_ref().map(|field| Aimed { field });
+        let lights = learnt.lights();
+        match (aims, &learnt.directions, learnt.knows_lights()) {
+            (None, None, false) => self.run_unguided(),
+            (None, None, true) => self.run_choosing_lights(LightGuided { lights }),
+            (Some(aims), None, false) => self.run_general(aims),
+            (aims, directions, _) => self.run_general(Guided {
+                field: directions.as_ref(),
+                aims,
+                lights,
+            }),
+        }
+    }
+
+    fn run_unguided(&self) -> Result<(), RenderError> {
+        match (self.needs.media, self.needs_keys()) {
+            (false, false) => self.run_all::<false, _, _>(Air, Unguided),
+            (false, true) => self.run_all::<true, _, _>(Air, Unguided),
+            (true, false) => self.run_all::<false, _, _>(self.camera_media(), Unguided),
+            (true, true) => self.run_general(Unguided),
+        }
+    }
+
+    fn run_choosing_lights(&self, guide: LightGuided<'_>) -> Result<(), RenderError> {
+        if self.needs.media || self.needs_keys() {
+            self.run_general(guide)
+        } else {
+            self.run_all::<false, _, _>(Air, guide)
+        }
+    }
+
+    /// Takes all samples by the code for scenes that have everything.
+    fn run_general(&self, guide: impl Guide) -> Result<(), RenderError> {
+        self.run_all::<true, _, _>(self.camera_media(), guide)
+    }
+
+    /// Takes all samples by one integrator.
+    pub(crate) fn run_all<const CUTOUTS: bool, M: Media, G: Guide>(
+        &self,
+        camera_media: M,
+        guide: G,
+    ) -> Result<(), RenderError> {
+        let integrator: PathIntegrator<'_, CUTOUTS, M> = self.integrator(camera_media);
+        self.run_some(integrator.guided_by(guide), 0..self.passes.n_passes())
+    }
+
+    /// Takes all samples by paths that merge with photons, of which each pass has its own, and are
+    /// told what was learnt.
+    fn run_merging(
+        &self,
+        plan: &CausticPlan<'_>,
+        learnt: &GatherEstimate,
+    ) -> Result<(), RenderError> {
+        let integrator = self.integrator::<true, _>(self.camera_media());
+        let integrator = integrator.guided_by(Guided {
+            field: learnt.directions.as_ref(),
+            aims: None,
+            lights: learnt.lights(),
+        });
+        for pass in 0..self.passes.n_passes() {
+            if self.is_clean() || self.is_over() || self.is_late() {
+                break;
+            }
+            // Others may have finished the pass before this frame began.
+            if !self.has_work(&(pass..pass + 1)) {
+                continue;
+            }
+            let photons = plan.trace(self, pass)?;
+            let merging = integrator.merging_by(photons.merge(self));
+            self.run_some(merging, pass..pass + 1)?;
+        }
+        Ok(())
+    }
+
+    /// Whether rays pass some of what they meet.
+    fn needs_keys(&self) -> bool {
+        self.needs.cutouts || self.needs.nested_media
+    }
+}
