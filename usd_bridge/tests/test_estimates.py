@@ -20,8 +20,8 @@ SAMPLES = 16
 
 
 def render(out, *flags, code=0, samples=SAMPLES):
-    argv = [COMMAND, "render", BOX, "-o", out, "-r", 64, 64, "-p", samples, *flags]
-    argv += ["--stats", out.with_suffix(".json")]
+    argv = [COMMAND, "render", BOX, "-o", out, "-r", 64, 64, "-p", samples]
+    argv += ["--integrator", "kilauea", *flags, "--stats", out.with_suffix(".json")]
     done = subprocess.run([*map(str, argv)], capture_output=True, text=True, timeout=120)
     assert done.returncode == code, done.stderr
     return done.stderr
