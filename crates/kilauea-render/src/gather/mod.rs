@@ -111,13 +111,17 @@ impl Frame {
         };
         let mut samples = Vec::new();
         let mut seen = None;
-        for n_paths in trainer.looks() {
+        let mut looks = trainer.looks().peekable();
+        while let Some(n_paths) = looks.next() {
             samples.extend(trainer.run(n_paths, None, hopes)?);
             let Some(pilot) = Pilot::of(self, &samples) else {
                 return Ok(None);
             };
+            let promises_lights = self.hopes_for_lights(trainer, &pilot, found);
+            // A few hundred paths tell too little of a thousand lights.
+            let may_promise_yet = looks.peek().is_some() && found.choices > 0;
             hopes = Notes {
-                lights: hopes.lights && self.hopes_for_lights(trainer, &pilot, found),
+                lights: hopes.lights && (promises_lights || may_promise_yet),
                 directions: hopes.directions && self.hopes_for_directions(trainer, &pilot, found),
             };
             seen = Some((pilot, hopes));
