@@ -75,7 +75,7 @@ pub(crate) fn follow_all<F: Follow, const CUTOUTS: bool>(
             // What these rays ask is not told apart.
             let traffic = &Traffic::new(asker.n_members(), 0);
             let blame = answerer.blame;
-            let parts = SetParts::<CUTOUTS>::by_values(asker, blame, traffic, n_threads);
+            let parts = SetParts::<CUTOUTS>::by_values(asker, blame, traffic);
             run(&Split::new(&parts), 1)
         }
         (Shading::Queued, None) => run(&Queue::new(answerer), n_threads),

@@ -277,7 +277,7 @@ impl Frame {
             let parts = SetParts::<CUTOUTS> {
                 as_bytes: (self.settings.shading == Shading::Bytes)
                     .then_some(self.conditions.packing),
-                ..SetParts::by_values(asker, &self.blame, &self.traffic, self.n_threads)
+                ..SetParts::by_values(asker, &self.blame, &self.traffic)
             };
             return self.run_queued((&program, &Split::new(&parts), 1), passes);
         }

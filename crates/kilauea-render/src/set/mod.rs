@@ -46,6 +46,8 @@ use member::{Member, Part};
 /// A set: its members, in this process or others, and where their chunks are.
 pub struct Set {
     members: Vec<Member>,
+    /// The member that is who asks, if any is.
+    own: Option<usize>,
     boxes: ChunkBoxes,
 }
 
@@ -87,7 +89,7 @@ impl Set {
         let left = Arc::new(cut(scene, |_, material| shines[material as usize]));
         let geometry = Geometry::build_part(Arc::clone(&left), Some(whole), |_| false, options)?;
         let boxes = ChunkBoxes::new(&chunks, &geometry, plan);
-        Ok((left, geometry, Self { members, boxes }))
+        Ok((left, geometry, Self { members, own: None, boxes }))
     }
 
     /// Bytes that each member holds; `own` if it is who asks.

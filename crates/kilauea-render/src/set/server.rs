@@ -3,9 +3,9 @@
 use std::time::Instant;
 
 use kilauea_accel::Visibility;
-use kilauea_spot::{Parts, Program, RunError, WireError};
+use kilauea_spot::{Parts, Program, Route, RunError, WireError};
 
-use super::ask::Asker;
+use super::ask::{Asker, Begun};
 use super::member::Member;
 use super::partners::Asked;
 use super::traffic::{RayKind, Traffic};
@@ -21,8 +21,6 @@ pub(crate) struct SetParts<'a, const CUTOUTS: bool> {
     /// How questions and answers travel between members in this process; as values if not as bytes.
     pub(crate) as_bytes: Option<Packing>,
     pub(crate) traffic: &'a Traffic,
-    /// On which the member answers that is who asks.
-    pub(crate) n_threads: usize,
 }
 
 impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
@@ -31,14 +29,12 @@ impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
         asker: Asker<'a>,
         blame: &'a Blame,
         traffic: &'a Traffic,
-        n_threads: usize,
     ) -> Self {
         Self {
             asker,
             blame,
             as_bytes: None,
             traffic,
-            n_threads,
         }
     }
 
@@ -90,17 +86,31 @@ where
         self.asker.set.members.len()
     }
 
-    fn whom(&self, question: &Question) -> u64 {
-        let whom = self.asker.whom(question);
-        if let Some(ray) = question.ray() {
-            let kind = question.ray_kind();
-            self.traffic.count_asked(kind, whom);
-            if self.traffic.wants_sample(ray) {
-                let units = self.asker.set.boxes.pierced_units(ray);
-                self.traffic.add_sample(kind, units);
-            }
+    fn route(&self, question: Question) -> Route<P> {
+        let Some(ray) = question.ray() else {
+            return Route::Answered(question.answer_of_nobody());
+        };
+        let kind = question.ray_kind();
+        if self.traffic.wants_sample(ray) {
+            let units = self.asker.set.boxes.pierced_units(ray);
+            self.traffic.add_sample(kind, units);
         }
-        whom.0
+        let Begun {
+            known,
+            question,
+            whom,
+        } = self.asker.begin::<CUTOUTS>(question, self.blame);
+        let asked = whom.with(self.asker.set.own);
+        self.traffic.count_asked(kind, asked);
+        match known {
+            known if !whom.is_nobody() => Route::Asked {
+                question,
+                whom: whom.0,
+                known,
+            },
+            Some(answer) => Route::Answered(answer),
+            None => Route::Answered(question.answer_of_nobody()),
+        }
     }
 
     fn n_kinds(&self) -> usize {
@@ -111,10 +121,6 @@ where
         question.ray_kind() as usize
     }
 
-    fn of_nobody(&self, question: &Question) -> Answer {
-        question.answer_of_nobody()
-    }
-
     fn combine(&self, one: Answer, other: Answer) -> Answer {
         one.or(other)
     }
@@ -122,8 +128,9 @@ where
     fn n_batches_out(&self, part: usize) -> usize {
         match &self.asker.set.members[part] {
             Member::Elsewhere(remote) => remote.partners.n_batches_out(),
-            Member::Own => self.n_threads,
             Member::Beside(_) => 1,
+            // Who asks knows what it has.
+            Member::Own => 0,
         }
     }
 
