@@ -57,6 +57,11 @@ impl<Q> Departures<Q> {
         }
     }
 
+    /// Questions in all lines.
+    pub(crate) fn n_waiting(&self) -> usize {
+        self.lines.iter().map(|line| line.questions.len()).sum()
+    }
+
     /// The lines in which so many wait, at least one.
     pub(crate) fn lines_of(&mut self, least: usize) -> impl Iterator<Item = &mut Line<Q>> {
         let is_long = move |line: &&mut Line<Q>| line.questions.len() >= least.max(1);

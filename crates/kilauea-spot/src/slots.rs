@@ -25,10 +25,18 @@ struct Slot<T> {
 }
 
 enum SlotState<T> {
-    Free { next: Option<u32> },
-    Open { spot: u32 },
+    Free {
+        next: Option<u32>,
+    },
+    Open {
+        spot: u32,
+    },
     /// Some of those who answer together are to be heard yet.
-    Partial { spot: u32, n_open: u32, known: Option<T> },
+    Partial {
+        spot: u32,
+        n_open: u32,
+        known: Option<T>,
+    },
     Filled(T),
 }
 

@@ -143,7 +143,7 @@ where
             return self.choose_first_come(may_admit);
         }
         let pressure = lane.budget.pressure();
-        let may_admit = lane.budget.may_admit();
+        let may_admit = lane.budget.may_admit() && self.has_room_for_questions();
         let backlog = &self.exchange.backlogs[self.thread];
         if pressure <= Pressure::Resume {
             let urgency = lane.ready.urgency();
@@ -326,6 +326,14 @@ where
         }
     }
 
+    /// Whether more questions would make batches fuller. Beyond as many as fill one to each holder, SPOTs
+    /// that wait take room in caches from those that run.
+    fn has_room_for_questions(&self) -> bool {
+        let n_waiting = self.n_questions_out + self.departures.n_waiting();
+        let full = self.server.full_batch();
+        full.is_none_or(|full| n_waiting < full * self.server.n_parts())
+    }
+
     /// Answers what was asked, or puts it with others that go the same way, and sends those that are
     /// enough. False if nothing was asked.
     fn route(&mut self) -> bool {
@@ -386,7 +394,11 @@ where
     /// Nothing to do: sends what is left, then waits for mail or something to steal.
     fn wait(&mut self) {
         // Answers that are under way lead to more questions, which can make a batch full.
-        if self.server.full_batch().is_none_or(|full| self.n_questions_out < full) {
+        if self
+            .server
+            .full_batch()
+            .is_none_or(|full| self.n_questions_out < full)
+        {
             self.send_batches(1);
         }
         let is_starved = !self.exchange.progress.is_exhausted();

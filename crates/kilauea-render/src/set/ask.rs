@@ -53,7 +53,7 @@ impl Whom {
         Self(self.0 | number.map_or(0, |number| 1 << number))
     }
 
-    fn without(self, number: Option<usize>) -> Self {
+    pub(super) fn without(self, number: Option<usize>) -> Self {
         Self(self.0 & !number.map_or(0, |number| 1 << number))
     }
 
@@ -154,35 +154,31 @@ pub(super) struct Begun {
 }
 
 impl<'a> Asker<'a> {
-    /// Who is asked.
+    /// Who is asked beside the one who asks.
     #[inline]
     fn whom(&self, question: &Question) -> Whom {
         let Some(ray) = question.ray() else {
             return Whom::NOBODY;
         };
-        let all = Whom::first(self.set.members.len());
+        let own = self.set.own;
+        let all = Whom::first(self.set.members.len()).without(own);
         match self.broadcast {
             Broadcast::Full => all,
-            Broadcast::Culled => self.set.boxes.pierced(ray).unwrap_or(all),
+            Broadcast::Culled => self.set.boxes.pierced(ray, own).unwrap_or(all),
         }
     }
 
     /// Answers as far as who asks is a member, and says who else is to be asked what.
     #[inline]
-    pub(super) fn begin<const CUTOUTS: bool>(
-        &self,
-        question: Question,
-        blame: &'a Blame,
-    ) -> Begun {
-        let own = self.set.own;
-        let known = own.map(|_| {
+    pub(super) fn begin<const CUTOUTS: bool>(&self, question: Question, blame: &'a Blame) -> Begun {
+        let known = self.set.own.map(|_| {
             RayTracer::<CUTOUTS>::of_part(self.geometry, self.textures, blame).answer_here(question)
         });
         let left = match (&known, self.broadcast) {
             (Some(known), Broadcast::Culled) => question.beyond(known),
             _ => Some(question),
         };
-        let whom = left.map_or(Whom::NOBODY, |left| self.whom(&left).without(own));
+        let whom = left.map_or(Whom::NOBODY, |left| self.whom(&left));
         Begun {
             known,
             question: left.unwrap_or(question),

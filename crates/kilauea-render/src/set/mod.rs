@@ -13,6 +13,7 @@ mod member;
 mod outline;
 mod owners;
 mod partners;
+mod pieces;
 mod process;
 mod server;
 mod traffic;
@@ -89,7 +90,15 @@ impl Set {
         let left = Arc::new(cut(scene, |_, material| shines[material as usize]));
         let geometry = Geometry::build_part(Arc::clone(&left), Some(whole), |_| false, options)?;
         let boxes = ChunkBoxes::new(&chunks, &geometry, plan);
-        Ok((left, geometry, Self { members, own: None, boxes }))
+        Ok((
+            left,
+            geometry,
+            Self {
+                members,
+                own: None,
+                boxes,
+            },
+        ))
     }
 
     /// Bytes that each member holds; `own` if it is who asks.

@@ -10,7 +10,7 @@ use super::member::Member;
 use super::partners::Asked;
 use super::traffic::{RayKind, Traffic};
 use super::wire::{
-    Packing, decode_answers, decode_questions, encode_answers, encode_questions, pack, unpack,
+    Packing, Replies, decode_answers, decode_questions, encode_questions, pack, unpack,
 };
 use crate::integrator::{Answer, Blame, Question};
 
@@ -25,11 +25,7 @@ pub(crate) struct SetParts<'a, const CUTOUTS: bool> {
 
 impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
     /// Members in this process take values.
-    pub(crate) fn by_values(
-        asker: Asker<'a>,
-        blame: &'a Blame,
-        traffic: &'a Traffic,
-    ) -> Self {
+    pub(crate) fn by_values(asker: Asker<'a>, blame: &'a Blame, traffic: &'a Traffic) -> Self {
         Self {
             asker,
             blame,
@@ -58,7 +54,7 @@ impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
         let Some(packing) = self.as_bytes else {
             return Ok((questions.into_iter().map(answer).collect(), [0; 2]));
         };
-        let request = pack(&encode_questions(&questions), packing);
+        let request = pack(&encode_questions(&questions, packing), packing);
         let reply = answer_bytes(&request, packing, answer).map_err(|e| malformed(&request, e))?;
         let answers = unpack(&reply).and_then(|body| decode_answers(&questions, &body));
         let answers = answers.map_err(|source| malformed(&reply, source))?;
@@ -102,6 +98,9 @@ where
         } = self.asker.begin::<CUTOUTS>(question, self.blame);
         let asked = whom.with(self.asker.set.own);
         self.traffic.count_asked(kind, asked);
+        if known.as_ref().is_some_and(Answer::is_met) {
+            self.traffic.count_met(kind, 1);
+        }
         match known {
             known if !whom.is_nobody() => Route::Asked {
                 question,
@@ -154,8 +153,11 @@ pub(super) fn answer_bytes(
     answer: impl FnMut(Question) -> Answer,
 ) -> Result<Vec<u8>, WireError> {
     let questions = unpack(request).and_then(|body| decode_questions(&body))?;
-    let answers: Vec<Answer> = questions.into_iter().map(answer).collect();
-    Ok(pack(&encode_answers(&answers), packing))
+    let mut replies = Replies::default();
+    for answer in questions.into_iter().map(answer) {
+        replies.add(&answer);
+    }
+    Ok(pack(&replies.encode(packing), packing))
 }
 
 pub(super) fn malformed(bytes: &[u8], source: WireError) -> RunError {
