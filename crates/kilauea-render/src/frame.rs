@@ -29,6 +29,7 @@ use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
 use crate::set::{SetParts, Traffic};
 use crate::shades::Shades;
+use crate::share::PathShare;
 use crate::stats::{AimStats, CausticStats, GatherStats};
 use crate::unit_pixels::UnitPixels;
 use crate::units::UnitSource;
@@ -370,6 +371,11 @@ impl Frame {
 
     pub(crate) fn is_cancelled(&self) -> bool {
         self.is_cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Who shares out paths that all who render the frame need; none where each follows its own.
+    pub(crate) fn path_share(&self) -> Option<&dyn PathShare> {
+        self.units.as_ref()?.path_share()
     }
 
     /// Whether nobody waits for more samples.
