@@ -66,7 +66,9 @@ pub(crate) fn follow_shared<L: Wire>(
     while let Some(paths) = share.take(pass) {
         let left = follow(paths.clone())?;
         let mut bytes = Vec::new();
-        left.iter().for_each(|left| left.encode(&mut bytes));
+        for left in &left {
+            left.encode(&mut bytes);
+        }
         share.put(pass, paths, bytes);
     }
     let mut all = Vec::new();

@@ -38,7 +38,8 @@ pub trait Parts<P: Program>: Sync {
     fn combine(&self, one: P::Answer, other: P::Answer) -> P::Answer;
 
     /// Batches that a holder may be asked at once: more than one where it is far away, so that it does
-    /// not wait for the next while an answer travels.
+    /// not wait for the next while an answer travels; none where who asks is the holder, and
+    /// [`Self::route`] never says that it is to be asked.
     fn n_batches_out(&self, _part: usize) -> usize {
         1
     }

@@ -67,7 +67,7 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
         };
         let workforce = Workforce::inline(self.frame.n_threads);
         let mut samples = Vec::new();
-        for trained in follow_all(paths, grid.n_blocks, self.tracer, workforce)? {
+        for trained in follow_all(&paths, grid.n_blocks, self.tracer, workforce)? {
             self.frame.lock_outcome().counts.add(trained.counts);
             self.records.extend(trained.records);
             self.choices.append(&trained.choices);

@@ -34,7 +34,9 @@ impl Wire for LeftPhotons {
             invalid_rays,
             in_too_many_media,
         ];
-        counts.iter().for_each(|count| count.encode(bytes));
+        for count in counts {
+            count.encode(bytes);
+        }
     }
 
     fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
@@ -57,7 +59,9 @@ impl Wire for LeftPhotons {
 
 fn put_list<T>(items: &[T], put: impl Fn(&T, &mut Vec<u8>), bytes: &mut Vec<u8>) {
     (items.len() as u32).encode(bytes);
-    items.iter().for_each(|item| put(item, bytes));
+    for item in items {
+        put(item, bytes);
+    }
 }
 
 /// Memory grows with what is read, not with what is promised.

@@ -197,18 +197,6 @@ impl<'a> Asker<'a> {
         self.set.members.len()
     }
 
-    /// What answers for a member in this process that is not who asks.
-    pub(super) fn tracer_of<const CUTOUTS: bool>(
-        &self,
-        member: &'a Member,
-        blame: &'a Blame,
-    ) -> Option<RayTracer<'a, CUTOUTS>> {
-        match member {
-            Member::Beside(part) => Some(RayTracer::of_part(&part.geometry, &part.textures, blame)),
-            Member::Own | Member::Elsewhere(_) => None,
-        }
-    }
-
     /// Asks one member after the other, one question each: for those that are few.
     pub(crate) fn answer<const CUTOUTS: bool>(
         &self,
@@ -248,7 +236,7 @@ impl<'a> Asker<'a> {
                     .unwrap_or_else(|| question.answer_of_nobody()))
             }
             member => {
-                let tracer = self.tracer_of::<CUTOUTS>(member, blame);
+                let tracer = member.tracer::<CUTOUTS>(blame);
                 let answer = tracer.map(|tracer| tracer.answer_of_part(question));
                 Ok(answer.unwrap_or_else(|| question.answer_of_nobody()))
             }

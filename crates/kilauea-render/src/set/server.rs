@@ -46,7 +46,7 @@ impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
             self.traffic.count_batch(start.elapsed());
             return Ok((answers, n_bytes));
         }
-        let tracer = self.asker.tracer_of::<CUTOUTS>(member, self.blame);
+        let tracer = member.tracer::<CUTOUTS>(self.blame);
         let answer = |question: Question| match &tracer {
             Some(tracer) => tracer.answer_of_part(question),
             None => question.answer_of_nobody(),

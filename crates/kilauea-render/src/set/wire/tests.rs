@@ -89,7 +89,9 @@ fn answers(questions: &[Question]) -> Vec<Answer> {
 /// Answers as bytes.
 fn encode_answers(answers: &[Answer], packing: Packing) -> Vec<u8> {
     let mut replies = Replies::default();
-    answers.iter().for_each(|answer| replies.add(answer));
+    for answer in answers {
+        replies.add(answer);
+    }
     replies.encode(packing)
 }
 
