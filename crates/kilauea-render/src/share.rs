@@ -51,7 +51,7 @@ pub trait PathShare: Send + Sync {
     fn put(&self, pass: PathPass, paths: Range<u32>, left: Vec<u8>);
 
     /// What all paths left, in their order, once none are to be taken any more. None where the frame
-    /// is over.
+    /// is over: no unit of it may be taken any more by then.
     fn collect(&self, pass: PathPass) -> Option<Vec<Vec<u8>>>;
 }
 

@@ -12,7 +12,8 @@ use crate::protocol::{Frame, Message, PathsLeft, PathsLent};
 
 /// Ranges for each worker, so that none waits long for the last one.
 const RANGES_PER_WORKER: u32 = 4;
-/// Paths are lent in multiples of this, which is how many of them an engine thread follows at a time.
+/// Paths are lent in multiples of this: whole blocks of those whose sums are made together, so that the
+/// bits of sums do not depend on who follows them.
 const GRAIN: u32 = 1024;
 /// All of them have to find room in the outbox of a worker that comes late.
 const MOST_RANGES: u32 = 64;

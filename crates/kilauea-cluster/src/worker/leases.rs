@@ -73,9 +73,10 @@ impl Leases {
 
     /// No units at all will come any more.
     pub(crate) fn close(&self) {
-        self.paths.close();
         self.lock().is_closed = true;
         self.changed.notify_all();
+        // Last: who then goes on without what paths left must find no units.
+        self.paths.close();
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
