@@ -6,10 +6,10 @@ use std::fmt::Write;
 use kilauea_cluster::NetworkStats;
 use kilauea_cluster::protocol::{
     Challenge, Chunk, Failed, Finish, Frame, FrameKind, Heartbeat, Hello, Lease, LeaseStart,
-    Manifest, MemberAddress, Members, Message, PassesOver, Ready, Refused, Report, SceneBytes,
-    Seat, Start, UnitDone, UnitRefused,
+    Manifest, MemberAddress, Members, Message, PassesOver, PathsLeft, PathsLent, PathsWanted,
+    Ready, Refused, Report, SceneBytes, Seat, Start, UnitDone, UnitRefused,
 };
-use kilauea_render::{Broadcast, Packing, RenderStats, Tally, Unit};
+use kilauea_render::{Broadcast, Packing, PathKind, PathPass, RenderStats, Tally, Unit};
 use kilauea_scene::RenderSettings;
 
 const DOCUMENT: &str = include_str!("../../../docs/protocol.md");
@@ -22,6 +22,14 @@ fn unit() -> Unit {
     Unit {
         tile: 3,
         passes: 1..4,
+    }
+}
+
+fn path_pass() -> PathPass {
+    PathPass {
+        kind: PathKind::Arrivals,
+        seed: 12,
+        n_paths: 4096,
     }
 }
 
@@ -111,6 +119,17 @@ fn samples() -> Vec<Frame> {
         Chunk {
             prototype: 2,
             number: 1,
+        }
+        .frame(EPOCH, &[1, 2, 3, 4]),
+        PathsWanted { pass: path_pass() }.frame(EPOCH, &[]),
+        PathsLent {
+            pass: path_pass(),
+            paths: 1024..2048,
+        }
+        .frame(EPOCH, &[]),
+        PathsLeft {
+            pass: path_pass(),
+            paths: 1024..2048,
         }
         .frame(EPOCH, &[1, 2, 3, 4]),
     ]

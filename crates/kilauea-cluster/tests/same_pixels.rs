@@ -23,7 +23,11 @@ fn check(kind: &WorkerKind, numbers: &[u32]) {
             assert!(result.workers.iter().all(|w| w.lost.is_none()), "{what}");
             assert!(result.network.bytes_sent > 0 && result.network.bytes_received > 0);
             if name == "photons" {
-                assert!(result.frame.stats.photons.stored > 0, "{what}");
+                let (ours, theirs) = (&alone.stats, &result.frame.stats);
+                assert!(theirs.photons.stored > 0, "{what}");
+                assert_eq!(ours.rays.photon, theirs.rays.photon, "{what}");
+                let shared = ["photons", "caustic photons"];
+                assert_eq!(theirs.shared_passes, shared, "{what}");
             }
         }
     }

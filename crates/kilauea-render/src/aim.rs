@@ -59,7 +59,12 @@ impl Frame {
         let emitter = Emitter::new(&prepared.lights, &prepared.geometry, &prepared.textures);
         // By Cauchy, what is convex has four times the area of its mean shadow.
         let area = 4.0 * f64::from(emitter.mean_cross_section());
-        let pilot = trace_arrivals(prepared, &emitter, &request(PILOT_SHARE, PILOT_SEED))?;
+        let pilot = trace_arrivals(
+            prepared,
+            &emitter,
+            &request(PILOT_SHARE, PILOT_SEED),
+            self.path_share(),
+        )?;
         let least_radiance = least_contrast * pilot.sent_out / (area * PI);
         let (_, rays) = bright(&pilot, least_radiance);
         let mut traced = vec![pilot];
@@ -67,7 +72,7 @@ impl Frame {
         if !rays.is_empty() {
             let emitter = emitter.aimed_by(&rays);
             let request = request(1.0 - PILOT_SHARE, AIMED_SEED);
-            let aimed = trace_arrivals(prepared, &emitter, &request)?;
+            let aimed = trace_arrivals(prepared, &emitter, &request, self.path_share())?;
             let (arrivals, _) = bright(&aimed, least_radiance);
             field = AimField::fit(&arrivals);
             traced.push(aimed);

@@ -23,6 +23,9 @@ pub(crate) trait Follow: Sync {
         C: Context<P>;
 }
 
+/// Paths that are followed together where none of them waits.
+pub(crate) const PATHS_PER_BLOCK: u32 = 256;
+
 /// On how many threads paths are followed, and how their questions are answered: neither changes
 /// what they leave.
 #[derive(Clone, Copy, Debug)]
@@ -41,11 +44,20 @@ impl Workforce {
     }
 }
 
-/// Follows the paths with the numbers from 0 to `n_paths`. What they leave is in the order of their
-/// numbers, some paths together.
+/// Follows the paths with the numbers from 0 to `n_paths`, as [`follow_some`] does.
 pub(crate) fn follow_all<F: Follow, const CUTOUTS: bool>(
-    follower: F,
+    follower: &F,
     n_paths: u32,
+    answerer: &RayTracer<'_, CUTOUTS>,
+    workforce: Workforce,
+) -> Result<Vec<F::Left>, RunError> {
+    follow_some(follower, 0..n_paths, answerer, workforce)
+}
+
+/// Follows paths by their numbers. What they leave is in the order of those, some paths together.
+pub(crate) fn follow_some<F: Follow, const CUTOUTS: bool>(
+    follower: &F,
+    paths: Range<u32>,
     answerer: &RayTracer<'_, CUTOUTS>,
     workforce: Workforce,
 ) -> Result<Vec<F::Left>, RunError> {
@@ -57,9 +69,9 @@ pub(crate) fn follow_all<F: Follow, const CUTOUTS: bool>(
         (shading, _) => shading,
     };
     let job = PathsJob::<F> {
-        n_paths,
+        paths,
         per_root: match shading {
-            Shading::Inline => 256,
+            Shading::Inline => PATHS_PER_BLOCK,
             // While one path waits, others go on.
             Shading::Queued | Shading::Bytes => 1,
         },
@@ -75,7 +87,7 @@ pub(crate) fn follow_all<F: Follow, const CUTOUTS: bool>(
             // What these rays ask is not told apart.
             let traffic = &Traffic::new(asker.n_members(), 0);
             let blame = answerer.blame;
-            let parts = SetParts::<CUTOUTS>::by_values(asker, blame, traffic, n_threads);
+            let parts = SetParts::<CUTOUTS>::by_values(asker, blame, traffic);
             run(&Split::new(&parts), 1)
         }
         (Shading::Queued, None) => run(&Queue::new(answerer), n_threads),
@@ -88,17 +100,17 @@ pub(crate) fn follow_all<F: Follow, const CUTOUTS: bool>(
 }
 
 /// A SPOT follows some paths, one after the other.
-struct FollowProgram<F>(F);
+struct FollowProgram<'f, F>(&'f F);
 
 /// All paths, cut into roots.
 struct PathsJob<F: Follow> {
-    n_paths: u32,
+    paths: Range<u32>,
     per_root: u32,
     /// By root, as they end.
     left: Mutex<Vec<F::Left>>,
 }
 
-impl<F: Follow> FollowProgram<F> {
+impl<F: Follow> FollowProgram<'_, F> {
     async fn follow_some<C: Context<Self>>(&self, numbers: Range<u32>, cx: C) -> F::Left {
         let mut left = F::Left::default();
         for number in numbers {
@@ -108,7 +120,7 @@ impl<F: Follow> FollowProgram<F> {
     }
 }
 
-impl<F: Follow> Program for FollowProgram<F> {
+impl<F: Follow> Program for FollowProgram<'_, F> {
     type Work = Range<u32>;
     type Output = F::Left;
     type Question = Question;
@@ -123,11 +135,12 @@ impl<F: Follow> Program for FollowProgram<F> {
     }
 }
 
-impl<F: Follow> Job<FollowProgram<F>> for PathsJob<F> {
+impl<F: Follow> Job<FollowProgram<'_, F>> for PathsJob<F> {
     fn root(&self, number: u64) -> Option<Range<u32>> {
-        let first = number.checked_mul(u64::from(self.per_root))?;
-        let first = u32::try_from(first).ok().filter(|&n| n < self.n_paths)?;
-        let end = first.saturating_add(self.per_root).min(self.n_paths);
+        let before = number.checked_mul(u64::from(self.per_root))?;
+        let first = u64::from(self.paths.start).checked_add(before)?;
+        let first = u32::try_from(first).ok().filter(|&n| n < self.paths.end)?;
+        let end = first.saturating_add(self.per_root).min(self.paths.end);
         Some(first..end)
     }
 

@@ -29,6 +29,7 @@ use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
 use crate::set::{SetParts, Traffic};
 use crate::shades::Shades;
+use crate::share::PathShare;
 use crate::stats::{AimStats, CausticStats};
 use crate::unit_pixels::UnitPixels;
 use crate::units::UnitSource;
@@ -192,7 +193,7 @@ impl Frame {
             let parts = SetParts::<CUTOUTS> {
                 as_bytes: (self.settings.shading == Shading::Bytes)
                     .then_some(self.conditions.packing),
-                ..SetParts::by_values(asker, &self.blame, &self.traffic, self.n_threads)
+                ..SetParts::by_values(asker, &self.blame, &self.traffic)
             };
             return self.run_queued((&program, &Split::new(&parts), 1), passes);
         }
@@ -285,6 +286,11 @@ impl Frame {
 
     pub(crate) fn is_cancelled(&self) -> bool {
         self.is_cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Who shares out paths that all who render the frame need; none where each follows its own.
+    pub(crate) fn path_share(&self) -> Option<&dyn PathShare> {
+        self.units.as_ref()?.path_share()
     }
 
     /// Whether nobody waits for more samples.

@@ -32,6 +32,7 @@ mod sampler;
 mod samples;
 mod set;
 mod shades;
+mod share;
 #[cfg(test)]
 mod statistics;
 mod stats;
@@ -58,6 +59,7 @@ pub use set::{
     Broadcast, MemberBytes, MemberSeat, MemberStats, Packing, Partners, PartnersGone,
     PlacementError, RaySample, RayTraffic, Set, SetOutline, SetPlan, SetStats,
 };
+pub use share::{PathKind, PathPass, PathShare};
 pub use stats::{
     AimStats, CausticStats, GatherStats, Rays, RenderStats, SceneSize, peak_rss_bytes,
 };

@@ -93,6 +93,7 @@ impl Frame {
                 ..prepared.size
             },
             set: self.traffic.stats(prepared),
+            shared_passes: Vec::new(),
             needs,
             skipped,
             is_complete: full_passes == self.passes.n_passes() || is_clean,

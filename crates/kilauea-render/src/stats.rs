@@ -44,6 +44,8 @@ pub struct RenderStats {
     pub scene: SceneSize,
     /// What was asked of the members of a set, where the scene is spread over one.
     pub set: Option<SetStats>,
+    /// Passes over paths that several workers followed together, each path once.
+    pub shared_passes: Vec<Cow<'static, str>>,
     /// Features in use.
     pub needs: Vec<Cow<'static, str>>,
     /// Features not in use, whose work was skipped.

@@ -9,6 +9,7 @@ use crate::frame::Frame;
 use crate::integrator::{Faults, RayCounts};
 use crate::passes::PixelRun;
 use crate::program::Sampled;
+use crate::share::PathShare;
 
 /// Some passes over a tile; one where sampling stops early, as that is decided after each. What comes of it follows from the scene, the settings and the sums of the
 /// tile after the passes before, and from nothing else.
@@ -93,6 +94,11 @@ pub trait UnitSource: Send + Sync {
 
     /// A unit cannot be rendered.
     fn refused(&self, unit: Unit, error: UnitError);
+
+    /// Shares out paths that all who render the frame need; none where each follows its own.
+    fn path_share(&self) -> Option<&dyn PathShare> {
+        None
+    }
 }
 
 /// Why a unit cannot be rendered, or its result not used.

@@ -106,24 +106,23 @@ impl Engine {
     }
 
     /// Runs all roots of `job`; questions go to `server` on `n_servers` threads, at least one.
-    pub fn run_queued<P, S, J>(
+    pub fn run_queued<P, J>(
         &self,
         program: &P,
-        server: &S,
+        server: &dyn Server<P>,
         n_servers: usize,
         job: &J,
     ) -> Result<Stats, RunError>
     where
         P: Program,
-        S: Server<P> + ?Sized,
         J: Job<P>,
     {
-        let exchange = Exchange::new(&self.limits);
+        let exchange = Exchange::new(&self.limits, server.n_parts());
         let start = Instant::now();
         let threads = self.run_threads(&Threads {
             n_servers: n_servers.max(1),
             serve: &|| server.serve(&Desk::new(&exchange)),
-            run: &|thread| run_thread(thread, program, job, &exchange, &self.limits),
+            run: &|thread| run_thread(thread, program, job, server, &exchange, &self.limits),
             fail: &|error| exchange.end(Some(error)),
         });
         outcome(&exchange.progress, threads, start)

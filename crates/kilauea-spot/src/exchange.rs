@@ -20,7 +20,8 @@ const NONE: u64 = u64::MAX;
 pub(crate) struct Exchange<P: Program> {
     pub(crate) inboxes: Vec<Inbox<Mail<P>>>,
     pub(crate) backlogs: Vec<Backlog<Child<P>>>,
-    pub(crate) questions: QuestionQueue<P::Question>,
+    /// By holder of a part of the answers.
+    pub(crate) questions: Vec<QuestionQueue<P::Question>>,
     pub(crate) progress: Progress,
     pub(crate) privileges: Privileges,
     idle: Idle,
@@ -58,12 +59,12 @@ pub struct Batch<Q> {
 }
 
 impl<P: Program> Exchange<P> {
-    pub(crate) fn new(limits: &Limits) -> Self {
+    pub(crate) fn new(limits: &Limits, n_parts: usize) -> Self {
         let n_threads = limits.n_threads;
         Self {
             inboxes: (0..n_threads).map(|_| Inbox::new()).collect(),
             backlogs: (0..n_threads).map(|_| Backlog::new(limits.order)).collect(),
-            questions: QuestionQueue::new(),
+            questions: (0..n_parts).map(|_| QuestionQueue::new()).collect(),
             progress: Progress::new(),
             privileges: Privileges::new(n_threads),
             idle: Idle::new(n_threads),
@@ -120,7 +121,7 @@ impl<P: Program> Exchange<P> {
     pub(crate) fn end(&self, error: Option<RunError>) {
         self.progress.end(error);
         self.inboxes.iter().for_each(Inbox::wake);
-        self.questions.close();
+        self.questions.iter().for_each(QuestionQueue::close);
     }
 }
 

@@ -56,7 +56,7 @@ fn exchange() -> Arc<Exchange<Nothing>> {
         stack_bytes: 0,
         order: Order::HighestGeneration,
     };
-    Arc::new(Exchange::new(&limits))
+    Arc::new(Exchange::new(&limits, 1))
 }
 
 fn child(root: u64) -> Child<Nothing> {
@@ -206,14 +206,14 @@ fn every_batch_reaches_one_server_and_closing_reaches_all() {
             let exchange = Arc::clone(&exchange);
             let (n_served, is_served) = (Arc::clone(&n_served), Arc::clone(&is_served));
             thread::spawn(move || {
-                while let Some(batch) = exchange.questions.pop() {
+                while let Some(batch) = exchange.questions[0].pop() {
                     n_served.fetch_add(batch.questions.len(), Ordering::SeqCst);
                     is_served.store(true, Ordering::SeqCst);
                     exchange.inboxes[0].wake();
                 }
             })
         };
-        let questions: &QuestionQueue<u32> = &exchange.questions;
+        let questions: &QuestionQueue<u32> = &exchange.questions[0];
         questions.push(Batch {
             thread: 0,
             questions: vec![(TICKET, 1)],

@@ -23,7 +23,8 @@ pub(crate) struct Lane<P: Program> {
     cell_bytes: Vec<usize>,
     /// SPOTs in condition ACTIVE.
     pub(crate) ready: PriorityQueue<u32>,
-    /// Questions that no batch holds yet. Bounded by the open slots of SPOTs in flight.
+    /// Questions of which nobody has seen yet whom they go to. Bounded by the open slots of SPOTs in
+    /// flight.
     pub(crate) outbox: Vec<(Ticket, P::Question)>,
     /// Children of the SPOT that is being run.
     pub(crate) spawned: Vec<Child<P>>,
@@ -161,11 +162,21 @@ impl<P: Program> Lane<P> {
         Some((self.bury(spot), output))
     }
 
-    /// Fills the slot of an answer.
-    pub(crate) fn deliver_answer(&mut self, ticket: Ticket, answer: P::Answer) {
-        if let Some(spot) = self.answers.fill(ticket, answer) {
+    /// Fills the slot of an answer, with the last of those that are combined.
+    pub(crate) fn deliver_answer(
+        &mut self,
+        ticket: Ticket,
+        answer: P::Answer,
+        combine: impl FnOnce(P::Answer, P::Answer) -> P::Answer,
+    ) {
+        if let Some(spot) = self.answers.fill_part(ticket, answer, combine) {
             self.close_slot(spot);
         }
+    }
+
+    /// Notes that a question goes to so many, and what is known of the answer.
+    pub(crate) fn expect_answers(&mut self, ticket: Ticket, n: u32, known: Option<P::Answer>) {
+        self.answers.expect(ticket, n, known);
     }
 
     /// Fills the slot of a child's output. Returns the parent's own output if it was held back for

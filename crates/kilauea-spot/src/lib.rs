@@ -120,7 +120,6 @@
 //! | batches to servers | the sum of the threads' credits ([`Engine::questions_out`]) | servers, while it is empty |
 //! | slow questions of a [`Queue`] | the same credits | those who answer them, while it is empty |
 //! | a thread's mail | its credit, and the children that others may steal from it | its owner, with nothing to do |
-//! | the queues of [`Split`] to holders of parts | four batches each | who routes; holders for nobody |
 //! | the byte channels of [`Bytes`] | four batches | each for the next; the last for nobody |
 //!
 //! Engine threads wait for mail alone, which servers and other engine threads send without waiting.
@@ -141,6 +140,7 @@ mod budget;
 mod bytes;
 mod cells;
 mod delayed;
+mod departures;
 mod engine;
 mod error;
 mod exchange;
@@ -162,6 +162,7 @@ mod wire;
 
 pub use bytes::{Bytes, decode_batch, encode_batch};
 pub use delayed::Delayed;
+pub use departures::Route;
 pub use engine::Engine;
 pub use error::RunError;
 pub use exchange::Batch;

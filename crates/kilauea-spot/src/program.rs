@@ -11,7 +11,7 @@ pub trait Program: Sync + Sized {
     /// What a SPOT ends with.
     type Output: Send;
     /// What a SPOT may ask.
-    type Question: Send;
+    type Question: Send + Clone;
     /// What it gets back.
     type Answer: Send;
 

@@ -3,6 +3,7 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::thread::{Scope, scope};
 
+use crate::departures::Route;
 use crate::error::{RunError, panic_message};
 use crate::exchange::{Batch, Exchange, Mail, QuestionQueue};
 use crate::program::{Answerer, Program};
@@ -15,6 +16,42 @@ use crate::slots::Ticket;
 pub trait Server<P: Program>: Sync {
     /// Serves until [`Desk::next_batch`] returns `None`. Called once on each server thread.
     fn serve(&self, desk: &Desk<'_, P>);
+
+    /// Holders of parts of the answers, at most 64: each has batches of its own.
+    fn n_parts(&self) -> usize {
+        1
+    }
+
+    /// Kinds of questions, which travel apart from each other.
+    fn n_kinds(&self) -> usize {
+        1
+    }
+
+    /// The kind of a question.
+    fn kind(&self, _question: &P::Question) -> usize {
+        0
+    }
+
+    /// What becomes of a question, on the thread that asks it.
+    fn route(&self, question: P::Question) -> Route<P> {
+        Route::Asked {
+            question,
+            whom: 1,
+            known: None,
+        }
+    }
+
+    /// What two answers to the same question amount to. They are combined as they come, so their order
+    /// must not matter.
+    fn combine(&self, _one: P::Answer, other: P::Answer) -> P::Answer {
+        other
+    }
+
+    /// Questions of a full batch, where one costs more than the time that it may save: those that are
+    /// fewer wait while so many are under way. None where the engine's own batches do.
+    fn full_batch(&self) -> Option<usize> {
+        None
+    }
 }
 
 /// Where a [`Server`] takes questions and leaves answers.
@@ -29,17 +66,22 @@ impl<'a, P: Program> Desk<'a, P> {
 
     /// Waits for questions; `None` when the run is over.
     pub fn next_batch(&self) -> Option<Batch<P::Question>> {
-        self.exchange.questions.pop()
+        self.next_batch_to(0)
+    }
+
+    /// Waits for questions to one holder of a part; `None` when the run is over.
+    pub fn next_batch_to(&self, part: usize) -> Option<Batch<P::Question>> {
+        self.exchange.questions[part].pop()
     }
 
     /// Questions that are there already.
     pub fn try_next_batch(&self) -> Option<Batch<P::Question>> {
-        self.exchange.questions.try_pop()
+        self.exchange.questions[0].try_pop()
     }
 
     /// Whether the run is over.
     pub fn is_closed(&self) -> bool {
-        self.exchange.questions.is_closed()
+        self.exchange.questions[0].is_closed()
     }
 
     /// Sends answers to the thread that asked. Never waits. Answers for a thread that there is not

@@ -25,8 +25,18 @@ struct Slot<T> {
 }
 
 enum SlotState<T> {
-    Free { next: Option<u32> },
-    Open { spot: u32 },
+    Free {
+        next: Option<u32>,
+    },
+    Open {
+        spot: u32,
+    },
+    /// Some of those who answer together are to be heard yet.
+    Partial {
+        spot: u32,
+        n_open: u32,
+        known: Option<T>,
+    },
     Filled(T),
 }
 
@@ -76,6 +86,50 @@ impl<T> Slots<T> {
         }
     }
 
+    /// Notes that so many values are to come that belong together, and what is known of them.
+    pub(crate) fn expect(&mut self, ticket: Ticket, n_open: u32, known: Option<T>) {
+        if let Some(slot) = self.current(ticket)
+            && let SlotState::Open { spot } = slot.state
+        {
+            slot.state = SlotState::Partial {
+                spot,
+                n_open,
+                known,
+            };
+        }
+    }
+
+    /// Like [`Self::fill`], where the slot may expect several values, which are combined as they
+    /// come.
+    pub(crate) fn fill_part(
+        &mut self,
+        ticket: Ticket,
+        value: T,
+        combine: impl FnOnce(T, T) -> T,
+    ) -> Option<u32> {
+        let slot = self.current(ticket)?;
+        let SlotState::Partial {
+            spot,
+            n_open,
+            known,
+        } = &mut slot.state
+        else {
+            return self.fill(ticket, value);
+        };
+        let value = match known.take() {
+            None => value,
+            Some(before) => combine(before, value),
+        };
+        *n_open -= 1;
+        if *n_open > 0 {
+            *known = Some(value);
+            return None;
+        }
+        let spot = *spot;
+        slot.state = SlotState::Filled(value);
+        Some(spot)
+    }
+
     /// Takes the value out and frees the slot, if it is filled.
     pub(crate) fn take(&mut self, ticket: Ticket) -> Option<T> {
         let slot = self.current(ticket)?;
@@ -84,7 +138,7 @@ impl<T> Slots<T> {
         }
         match self.free(ticket.slot) {
             SlotState::Filled(value) => Some(value),
-            SlotState::Free { .. } | SlotState::Open { .. } => None,
+            _ => None,
         }
     }
 
@@ -92,7 +146,7 @@ impl<T> Slots<T> {
     pub(crate) fn discard(&mut self, ticket: Ticket) -> Option<u32> {
         self.current(ticket)?;
         match self.free(ticket.slot) {
-            SlotState::Open { spot } => Some(spot),
+            SlotState::Open { spot } | SlotState::Partial { spot, .. } => Some(spot),
             SlotState::Free { .. } | SlotState::Filled(_) => None,
         }
     }
@@ -213,5 +267,29 @@ mod tests {
         assert_eq!(slots.fill(dropped, "late"), None);
         assert_eq!(slots.fill(next, "right"), Some(1));
         assert_eq!(slots.take(next), Some("right"));
+    }
+
+    #[test]
+    fn values_that_belong_together_fill_a_slot_with_the_last() {
+        let sum = |a: u32, b: u32| a + b;
+        for known in [None, Some(100)] {
+            let mut slots = Slots::new();
+            let ticket = slots.open(7);
+            slots.expect(ticket, 2, known);
+            assert_eq!(slots.fill_part(ticket, 10, sum), None);
+            assert_eq!(slots.take(ticket), None);
+            assert_eq!(slots.fill_part(ticket, 1, sum), Some(7));
+            assert_eq!(slots.fill_part(ticket, 1, sum), None, "it is full");
+            assert_eq!(slots.take(ticket), Some(11 + known.unwrap_or(0)));
+            // One that was dropped between the two.
+            let ticket = slots.open(8);
+            slots.expect(ticket, 2, known);
+            assert_eq!(slots.fill_part(ticket, 10, sum), None);
+            assert_eq!(slots.discard(ticket), Some(8));
+            assert_eq!(slots.fill_part(ticket, 1, sum), None);
+            // And one that was dropped before anyone was asked.
+            slots.expect(ticket, 2, known);
+            assert_eq!(slots.open(9).slot, ticket.slot);
+        }
     }
 }

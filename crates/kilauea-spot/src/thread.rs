@@ -7,6 +7,7 @@ use std::task::Poll;
 use std::time::Instant;
 
 use crate::budget::Pressure;
+use crate::departures::{Departures, Route};
 use crate::engine::Limits;
 use crate::error::{RunError, panic_message};
 use crate::exchange::{Batch, Child, Exchange, Mail};
@@ -14,19 +15,30 @@ use crate::lane::{Lane, Origin};
 use crate::priority::Order;
 use crate::program::{Job, Program};
 use crate::queued::{Queued, QueuedContext, Started};
+use crate::server::Server;
+use crate::slots::Ticket;
 use crate::stats::ThreadStats;
+
+/// Questions of which a thread sees at a time whom they go to: enough to stay with the code that does.
+const MOST_ROUTED: usize = 256;
 
 /// What an engine thread works with. `S` starts SPOTs.
 struct EngineThread<'a, 'e, P: Program, J, S> {
     thread: usize,
     exchange: &'e Exchange<P>,
     job: &'e J,
+    server: &'e dyn Server<P>,
     limits: &'e Limits,
+    /// Questions of a full batch.
+    batch_len: usize,
     lane: Rc<RefCell<Lane<P>>>,
     runtime: Queued<'a, P>,
     starter: S,
     /// Questions sent and not answered; never above the credit.
     n_questions_out: usize,
+    departures: Departures<P::Question>,
+    /// Questions that are being routed.
+    asked: Vec<(Ticket, P::Question)>,
     mail: Vec<Mail<P>>,
     privileged: Vec<u64>,
     stats: ThreadStats,
@@ -44,6 +56,7 @@ pub(crate) fn run_thread<P: Program, J: Job<P>>(
     thread: usize,
     program: &P,
     job: &J,
+    server: &dyn Server<P>,
     exchange: &Exchange<P>,
     limits: &Limits,
 ) -> ThreadStats {
@@ -55,12 +68,16 @@ pub(crate) fn run_thread<P: Program, J: Job<P>>(
         thread,
         exchange,
         job,
+        server,
         limits,
+        batch_len: server.full_batch().unwrap_or(limits.batch_len),
         lane,
         // The same pools: `starter` has typed handles to them.
         runtime: runtime.share(),
         starter,
         n_questions_out: 0,
+        departures: Departures::new(server.n_parts(), server.n_kinds()),
+        asked: Vec::new(),
         mail: Vec::new(),
         privileged: Vec::new(),
         stats: ThreadStats::default(),
@@ -84,9 +101,12 @@ where
             self.read_mail();
             match self.choose() {
                 Some(task) => self.perform(task),
+                None if self.route() => {}
                 None => self.wait(),
             }
-            self.send_full_batches();
+            if self.lane.borrow().outbox.len() >= MOST_ROUTED.min(self.batch_len) {
+                self.route();
+            }
         }
     }
 
@@ -99,7 +119,7 @@ where
                     self.n_questions_out = self.n_questions_out.saturating_sub(answers.len());
                     let mut lane = self.lane.borrow_mut();
                     for (ticket, answer) in answers {
-                        lane.deliver_answer(ticket, answer);
+                        lane.deliver_answer(ticket, answer, |a, b| self.server.combine(a, b));
                     }
                 }
                 Mail::Output(home, output) => {
@@ -123,7 +143,7 @@ where
             return self.choose_first_come(may_admit);
         }
         let pressure = lane.budget.pressure();
-        let may_admit = lane.budget.may_admit();
+        let may_admit = lane.budget.may_admit() && self.has_room_for_questions();
         let backlog = &self.exchange.backlogs[self.thread];
         if pressure <= Pressure::Resume {
             let urgency = lane.ready.urgency();
@@ -306,30 +326,81 @@ where
         }
     }
 
-    fn send_full_batches(&mut self) {
-        while self.lane.borrow().outbox.len() >= self.limits.batch_len && self.send_batch() {}
+    /// Whether more questions would make batches fuller. Beyond as many as fill one to each holder, SPOTs
+    /// that wait take room in caches from those that run.
+    fn has_room_for_questions(&self) -> bool {
+        let n_waiting = self.n_questions_out + self.departures.n_waiting();
+        let full = self.server.full_batch();
+        full.is_none_or(|full| n_waiting < full * self.server.n_parts())
     }
 
-    /// Sends questions, as many as make a batch and as the credit allows.
-    fn send_batch(&mut self) -> bool {
-        let mut lane = self.lane.borrow_mut();
-        let credit = self.limits.questions_out - self.n_questions_out;
-        let n = lane.outbox.len().min(self.limits.batch_len).min(credit);
-        if n == 0 {
+    /// Answers what was asked, or puts it with others that go the same way, and sends those that are
+    /// enough. False if nothing was asked.
+    fn route(&mut self) -> bool {
+        std::mem::swap(&mut self.asked, &mut self.lane.borrow_mut().outbox);
+        if self.asked.is_empty() {
             return false;
         }
-        self.n_questions_out += n;
-        let questions = lane.outbox.drain(..n).collect();
-        self.exchange.questions.push(Batch {
-            thread: self.thread as u32,
-            questions,
-        });
+        let mut lane = self.lane.borrow_mut();
+        for (ticket, question) in self.asked.drain(..) {
+            match self.server.route(question) {
+                Route::Answered(answer) => lane.deliver_answer(ticket, answer, |_, answer| answer),
+                Route::Asked {
+                    question,
+                    whom,
+                    known,
+                } => {
+                    if known.is_some() || !whom.is_power_of_two() {
+                        lane.expect_answers(ticket, whom.count_ones(), known);
+                    }
+                    let kind = self.server.kind(&question);
+                    self.departures.add(ticket, question, kind, whom);
+                }
+            }
+        }
+        drop(lane);
+        self.send_batches(self.batch_len);
         true
+    }
+
+    /// Sends batches of at least so many questions, as the credit allows.
+    fn send_batches(&mut self, least: usize) {
+        let Self {
+            departures,
+            exchange,
+            limits,
+            batch_len,
+            n_questions_out,
+            ..
+        } = self;
+        for line in departures.lines_of(least) {
+            while line.questions.len() >= least.max(1) {
+                let credit = limits.questions_out - *n_questions_out;
+                let n = line.questions.len().min(*batch_len).min(credit);
+                if n == 0 {
+                    return;
+                }
+                *n_questions_out += n;
+                let rest = line.questions.split_off(n);
+                let questions = std::mem::replace(&mut line.questions, rest);
+                exchange.questions[line.part].push(Batch {
+                    thread: self.thread as u32,
+                    questions,
+                });
+            }
+        }
     }
 
     /// Nothing to do: sends what is left, then waits for mail or something to steal.
     fn wait(&mut self) {
-        while self.send_batch() {}
+        // Answers that are under way lead to more questions, which can make a batch full.
+        if self
+            .server
+            .full_batch()
+            .is_none_or(|full| self.n_questions_out < full)
+        {
+            self.send_batches(1);
+        }
         let is_starved = !self.exchange.progress.is_exhausted();
         let is_short_of_memory = self.lane.borrow().budget.pressure() > Pressure::Admit;
         let start = Instant::now();

@@ -25,6 +25,7 @@ enum Fault {
 struct Faulty(Fault);
 
 /// A question that may not survive its way.
+#[derive(Clone)]
 struct Question {
     number: u64,
     is_cut: bool,

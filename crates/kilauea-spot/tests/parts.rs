@@ -2,7 +2,7 @@
 
 mod support;
 
-use kilauea_spot::{Answerer, Engine, Parts, RunError, Split, WireError};
+use kilauea_spot::{Answerer, Engine, Parts, Route, RunError, Split, WireError};
 use support::hall::{Answer, Geometry, Hall, Node, Question, mix};
 use support::outputs::Outputs;
 
@@ -50,16 +50,23 @@ impl Parts<Hall> for Holders {
         self.n
     }
 
-    fn whom(&self, question: &Question) -> u64 {
-        if Self::is_known_to_all(question) {
-            return 0;
+    fn route(&self, question: Question) -> Route<Hall> {
+        if Self::is_known_to_all(&question) {
+            return Route::Answered(Answerer::<Hall>::answer(&Geometry, question));
         }
         let all = (1 << self.n) - 1;
         let other = mix(question.key ^ 0x55) % self.n as u64;
-        if self.asks_all {
+        let whom = if self.asks_all {
             all
         } else {
-            1 << self.who_knows(question) | 1 << other
+            1 << self.who_knows(&question) | 1 << other
+        };
+        // Who asks may know something that is no more than what the others know.
+        let known = mix(question.key ^ 0x33).is_multiple_of(3);
+        Route::Asked {
+            question,
+            whom,
+            known: known.then_some(NOTHING),
         }
     }
 
@@ -69,10 +76,6 @@ impl Parts<Hall> for Holders {
 
     fn kind(&self, question: &Question) -> usize {
         (question.key % 2) as usize
-    }
-
-    fn of_nobody(&self, question: &Question) -> Answer {
-        Answerer::<Hall>::answer(&Geometry, *question)
     }
 
     fn combine(&self, one: Answer, other: Answer) -> Answer {

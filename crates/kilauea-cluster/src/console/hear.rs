@@ -13,8 +13,8 @@ use super::results::digest;
 use crate::error::ClusterError;
 use crate::ledger::Verdict;
 use crate::protocol::{
-    Failed, Frame, FrameError, FrameKind, Heartbeat, Hello, Message, Ready, Report, UnitDone,
-    UnitRefused,
+    Failed, Frame, FrameError, FrameKind, Heartbeat, Hello, Message, PathsLeft, PathsWanted, Ready,
+    Report, UnitDone, UnitRefused,
 };
 
 /// What a frame of a worker says.
@@ -23,6 +23,8 @@ enum Said<'a> {
     Ready(Ready),
     Done(UnitDone, &'a [u8]),
     Refused(UnitRefused),
+    WantsPaths(PathsWanted),
+    PathsLeft(PathsLeft),
     Report(Box<Report>),
     Failed(Failed),
 }
@@ -34,6 +36,8 @@ impl<'a> Said<'a> {
             FrameKind::Ready => Ok(Self::Ready(Ready::read(frame)?.0)),
             FrameKind::UnitDone => UnitDone::read(frame).map(|(done, sums)| Self::Done(done, sums)),
             FrameKind::UnitRefused => Ok(Self::Refused(UnitRefused::read(frame)?.0)),
+            FrameKind::PathsWanted => Ok(Self::WantsPaths(PathsWanted::read(frame)?.0)),
+            FrameKind::PathsLeft => Ok(Self::PathsLeft(PathsLeft::read(frame)?.0)),
             FrameKind::Report => Ok(Self::Report(Box::new(Report::read(frame)?.0))),
             FrameKind::Failed => Ok(Self::Failed(Failed::read(frame)?.0)),
             found => Err(FrameError::Unexpected {
@@ -90,6 +94,8 @@ impl Console {
             }
             Said::Done(done, sums) => self.take_result(epoch, frame, done, sums)?,
             Said::Refused(refused) => self.replace(epoch, &refused.reason)?,
+            Said::WantsPaths(wanted) => self.want_paths(epoch, wanted.pass)?,
+            Said::PathsLeft(left) => self.take_paths(epoch, &left, frame)?,
             Said::Report(report) => {
                 peer.stage = Stage::Finished;
                 if let Some(seat) = &mut peer.stats.seat {

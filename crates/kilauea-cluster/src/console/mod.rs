@@ -3,6 +3,7 @@
 mod gate;
 mod hear;
 mod launch;
+mod paths;
 mod payload;
 mod peer;
 mod results;
@@ -12,6 +13,7 @@ mod set;
 mod tests;
 mod watch;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::sync::Arc;
@@ -40,6 +42,7 @@ use crate::tls::Authority;
 use crate::worker::HEARTBEAT;
 use gate::{Event, Expected, Gate};
 pub(crate) use launch::WorkerProcess;
+use paths::SharedPasses;
 use payload::{Payload, SceneForWorkers};
 use peer::{Peer, Stage};
 pub(crate) use results::restore;
@@ -76,6 +79,7 @@ pub(crate) struct Console {
     options: ClusterOptions,
     frame: CollectedFrame,
     ledger: Ledger,
+    paths: SharedPasses,
     journal: Option<Journal>,
     gate: Gate,
     /// None where each worker has the whole scene.
@@ -171,6 +175,7 @@ impl Console {
             options,
             frame,
             ledger,
+            paths: SharedPasses::default(),
             journal,
             events,
             address: String::new(),
@@ -229,6 +234,7 @@ impl Console {
             }
             if !self.is_late() {
                 self.lend()?;
+                self.lend_paths()?;
             }
             self.tell_passes_over();
             for _ in 0..status.take_added() {
@@ -348,6 +354,7 @@ impl Console {
         let peaks = workers.iter().map(|worker| worker.peak_rss);
         report.memory.peak_rss = report.memory.peak_rss.max(peaks.max().unwrap_or(0));
         report.warnings.extend(self.alarms);
+        report.shared_passes = self.paths.names().map(Cow::Borrowed).collect();
         let mut frame = self.frame.into_result(report);
         let times = &mut frame.stats.times;
         times.render = (render_secs - times.build - times.gather - times.photon).max(0.0);

@@ -175,6 +175,7 @@ impl Console {
         }
         if let Some(mut peer) = self.peers.remove(&epoch) {
             self.ledger.bury(epoch);
+            self.paths.bury(epoch);
             self.gate.expected.remove(epoch);
             peer.stats.lost = Some(reason.to_owned());
             self.lost.push(peer.stats);

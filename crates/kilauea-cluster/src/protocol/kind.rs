@@ -73,6 +73,12 @@ frame_kinds! {
     Members = 18, CONTROL_BYTES;
     /// Console to worker: a chunk of its part of the scene, or a piece of one.
     Chunk = 19, SCENE_BYTES;
+    /// Worker to console: in a pass over paths that all workers need.
+    PathsWanted = 20, CONTROL_BYTES;
+    /// Console to worker: follow these paths.
+    PathsLent = 21, CONTROL_BYTES;
+    /// Worker to console, and console to the others: what paths left.
+    PathsLeft = 22, SCENE_BYTES;
 }
 
 impl TryFrom<u8> for FrameKind {

@@ -2,7 +2,9 @@
 //!
 //! A body is the length of the record (u32), the record as [`super::codec`] writes it, and the rest.
 
-use kilauea_render::{Broadcast, Packing, RenderStats, Tally, Unit};
+use std::ops::Range;
+
+use kilauea_render::{Broadcast, Packing, PathPass, RenderStats, Tally, Unit};
 use kilauea_scene::RenderSettings;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -56,7 +58,7 @@ macro_rules! messages {
 
 messages! {
     Challenge, Hello, Refused, Heartbeat, Start, SceneBytes, Ready, Lease, PassesOver, UnitDone,
-    UnitRefused, Finish, Report, Failed, Manifest, Members, Chunk,
+    UnitRefused, Finish, Report, Failed, Manifest, Members, Chunk, PathsWanted, PathsLent, PathsLeft,
 }
 
 /// What a worker has to mix into its proof.
@@ -245,6 +247,31 @@ pub struct Report {
 pub struct Failed {
     /// Why.
     pub reason: String,
+}
+
+/// The worker needs what all paths of a pass leave, and can follow some of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PathsWanted {
+    /// The pass.
+    pub pass: PathPass,
+}
+
+/// Paths for the worker to follow.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PathsLent {
+    /// The pass.
+    pub pass: PathPass,
+    /// Their numbers.
+    pub paths: Range<u32>,
+}
+
+/// Says that the bulk data is what paths left.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PathsLeft {
+    /// The pass.
+    pub pass: PathPass,
+    /// Their numbers.
+    pub paths: Range<u32>,
 }
 
 /// What a journal is of.

@@ -11,6 +11,6 @@ pub use frame::{Expected, Frame, HEADER_BYTES, Header, MAGIC, PROTOCOL};
 pub use kind::FrameKind;
 pub use message::{
     Challenge, Chunk, Failed, Finish, Heartbeat, Hello, Lease, LeaseStart, Manifest, MemberAddress,
-    Members, Message, PassesOver, Ready, Refused, Report, SceneBytes, Seat, Start, UnitDone,
-    UnitRefused,
+    Members, Message, PassesOver, PathsLeft, PathsLent, PathsWanted, Ready, Refused, Report,
+    SceneBytes, Seat, Start, UnitDone, UnitRefused,
 };

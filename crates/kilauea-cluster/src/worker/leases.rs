@@ -5,9 +5,12 @@ use std::ops::Range;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use kilauea_render::{Availability, TileResult, TileStart, Unit, UnitError, UnitOrder, UnitSource};
+use kilauea_render::{
+    Availability, PathShare, TileResult, TileStart, Unit, UnitError, UnitOrder, UnitSource,
+};
 use tokio::sync::mpsc;
 
+use super::paths::SharedPaths;
 use crate::protocol::{Frame, Lease, LeaseStart, Message, UnitDone, UnitRefused};
 
 /// How long engine threads wait before they look whether the frame goes on.
@@ -17,6 +20,7 @@ const MOMENT: Duration = Duration::from_millis(20);
 pub(crate) struct Leases {
     state: Mutex<State>,
     changed: Condvar,
+    paths: SharedPaths,
     outbox: mpsc::Sender<Frame>,
     epoch: u32,
 }
@@ -35,6 +39,7 @@ impl Leases {
         Self {
             state: Mutex::default(),
             changed: Condvar::new(),
+            paths: SharedPaths::new(outbox.clone(), epoch),
             outbox,
             epoch,
         }
@@ -61,10 +66,17 @@ impl Leases {
         self.changed.notify_all();
     }
 
+    /// The paths that all workers of the frame need.
+    pub(crate) fn paths(&self) -> &SharedPaths {
+        &self.paths
+    }
+
     /// No units at all will come any more.
     pub(crate) fn close(&self) {
         self.lock().is_closed = true;
         self.changed.notify_all();
+        // Last: who then goes on without what paths left must find no units.
+        self.paths.close();
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -106,6 +118,10 @@ impl State {
 }
 
 impl UnitSource for Leases {
+    fn path_share(&self) -> Option<&dyn PathShare> {
+        Some(&self.paths)
+    }
+
     fn wait(&self, passes: &Range<u32>) -> Availability {
         let is_open = |state: &mut State| state.availability(passes) == Availability::NotYet;
         let waited = self

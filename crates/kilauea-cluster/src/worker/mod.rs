@@ -3,6 +3,7 @@
 mod engine;
 mod held;
 mod leases;
+mod paths;
 mod set;
 
 use std::io::{self, BufRead};
@@ -21,7 +22,7 @@ use crate::handshake::{HANDSHAKE_TIMEOUT, HandshakeError, join_console};
 use crate::link::{FrameReader, FrameWriter, Link, Traffic};
 use crate::protocol::{
     Finish, Frame, FrameError, FrameKind, Heartbeat, Lease, Members, Message, PassesOver,
-    SceneBytes, Start,
+    PathsLeft, PathsLent, SceneBytes, Start,
 };
 use crate::scene::{SceneBytesError, camera_from_bytes};
 use crate::ticket::Ticket;
@@ -269,6 +270,14 @@ async fn take_orders(
                 if let Some(set) = set {
                     set.set_members(members);
                 }
+            }
+            FrameKind::PathsLent => {
+                let (PathsLent { pass, paths }, _) = PathsLent::read(&frame)?;
+                leases.paths().lend(pass, paths);
+            }
+            FrameKind::PathsLeft => {
+                let (PathsLeft { pass, paths }, left) = PathsLeft::read(&frame)?;
+                leases.paths().add(pass, &paths, left.to_vec());
             }
             FrameKind::PassesOver => leases.set_passes_over(PassesOver::read(&frame)?.0.n_passes),
             FrameKind::Finish => {

@@ -6,11 +6,13 @@ use std::sync::Arc;
 use kilauea_cluster::link::{Link, Traffic};
 use kilauea_cluster::protocol::{
     Challenge, Chunk, Failed, Finish, Frame, FrameKind, HEADER_BYTES, Heartbeat, Hello, Lease,
-    LeaseStart, Manifest, MemberAddress, Members, Message, PassesOver, Ready, Refused, Report,
-    SceneBytes, Seat, Start, UnitDone, UnitRefused,
+    LeaseStart, Manifest, MemberAddress, Members, Message, PassesOver, PathsLeft, PathsLent,
+    PathsWanted, Ready, Refused, Report, SceneBytes, Seat, Start, UnitDone, UnitRefused,
 };
 use kilauea_cluster::{NetworkStats, Ticket, fuzzing, scene_from_bytes, scene_to_bytes};
-use kilauea_render::{Broadcast, CollectedFrame, Packing, RenderStats, Tally, TileResult, Unit};
+use kilauea_render::{
+    Broadcast, CollectedFrame, Packing, PathKind, PathPass, RenderStats, Tally, TileResult, Unit,
+};
 
 use super::seeds;
 
@@ -349,6 +351,11 @@ fn all_messages() -> Vec<Frame> {
         stats,
         links: NetworkStats::default(),
     };
+    let pass = PathPass {
+        kind: PathKind::Photons,
+        seed: 7,
+        n_paths: 9,
+    };
     let epoch = 1;
     vec![
         Challenge { nonce: [6; 32] }.frame(0, &[]),
@@ -362,6 +369,9 @@ fn all_messages() -> Vec<Frame> {
         members.frame(epoch, &[]),
         lease.frame(epoch, &[1; 64]),
         PassesOver { n_passes: 1 }.frame(epoch, &[]),
+        PathsWanted { pass }.frame(epoch, &[]),
+        PathsLent { pass, paths: 0..9 }.frame(epoch, &[]),
+        PathsLeft { pass, paths: 0..9 }.frame(epoch, &[1, 2, 3]),
         unit_done(unit()).frame(epoch, &[1; 64]),
         refused.frame(epoch, &[]),
         Finish.frame(epoch, &[]),
@@ -393,6 +403,9 @@ fn read_message(frame: &Frame) -> Result<(), String> {
         FrameKind::Members => read::<Members>(frame),
         FrameKind::Lease => read::<Lease>(frame),
         FrameKind::PassesOver => read::<PassesOver>(frame),
+        FrameKind::PathsWanted => read::<PathsWanted>(frame),
+        FrameKind::PathsLent => read::<PathsLent>(frame),
+        FrameKind::PathsLeft => read::<PathsLeft>(frame),
         FrameKind::UnitDone => read::<UnitDone>(frame),
         FrameKind::UnitRefused => read::<UnitRefused>(frame),
         FrameKind::Finish => read::<Finish>(frame),

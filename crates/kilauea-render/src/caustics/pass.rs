@@ -38,7 +38,8 @@ impl CausticPlan<'_> {
             n_threads: frame.n_threads,
             shading: settings.shading,
         };
-        let traced = trace_caustic_photons(&frame.prepared, &self.emitter, &request)?;
+        let traced =
+            trace_caustic_photons(&frame.prepared, &self.emitter, &request, frame.path_share())?;
         let start = Instant::now();
         let map = PhotonMap::build(&traced.photons);
         let map_secs = start.elapsed().as_secs_f64();

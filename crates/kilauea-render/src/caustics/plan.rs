@@ -10,7 +10,8 @@ use crate::frame::Frame;
 use crate::light::Emitter;
 use crate::needs::moves;
 use crate::photon::{
-    IMPORTON_BLOCK, N_PILOT, PhotonRequest, Pilot, pilot, trace_caustic_photons, trace_photons,
+    IMPORTON_BLOCK, N_PILOT, PhotonRequest, Pilot, pilot, trace_caustic_photons,
+    trace_photons_shared,
 };
 
 /// How a frame's caustics are found by photons.
@@ -70,6 +71,7 @@ impl<'a> CausticPlan<'a> {
             first_radius,
             max_specular,
         };
+        let share = frame.path_share();
         let request = pilot_request(settings, frame.n_threads);
         // Where only caustics count.
         let caustic_request = PhotonRequest {
@@ -82,7 +84,7 @@ impl<'a> CausticPlan<'a> {
                 n_emitted: n_emitted.min(N_PILOT),
                 ..caustic_request
             };
-            let traced = trace_photons(prepared, &request)?;
+            let traced = trace_photons_shared(prepared, &request, share)?;
             frame.lock_outcome().add_photons(&traced);
             return Ok(Ok(plan(emitter.aimed_by(&traced.caustic_rays), radius)));
         }
@@ -92,7 +94,7 @@ impl<'a> CausticPlan<'a> {
             importons,
             traced,
             benefit,
-        } = pilot(prepared, settings.resolution, &request)?;
+        } = pilot(prepared, settings.resolution, &request, share)?;
         frame.lock_outcome().add_photons(&traced);
         if let Some(reason) = benefit.why_no_caustics() {
             return Ok(Err(vec![reason]));
@@ -104,7 +106,7 @@ impl<'a> CausticPlan<'a> {
             seed: combine(settings.seed, AIMED_PILOT),
             ..caustic_request
         };
-        let aimed = trace_caustic_photons(prepared, &emitter, &request)?;
+        let aimed = trace_caustic_photons(prepared, &emitter, &request, share)?;
         frame.lock_outcome().add_photons(&aimed);
         let photons = &aimed.photons;
         match first_radius(&importons, photons, N_PILOT, n_per_sample, IMPORTON_BLOCK) {

@@ -74,7 +74,7 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
         };
         let workforce = Workforce::inline(self.frame.n_threads);
         let mut samples = Vec::new();
-        for trained in follow_all(paths, grid.pixels.n_blocks, self.tracer, workforce)? {
+        for trained in follow_all(&paths, grid.pixels.n_blocks, self.tracer, workforce)? {
             self.frame.lock_outcome().counts.add(trained.counts);
             self.records.extend(trained.records);
             self.choices.append(&trained.choices);
@@ -97,7 +97,7 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
         };
         let workforce = Workforce::inline(self.frame.n_threads);
         let mut all = Tried::default();
-        for tried in follow_all(paths, grid.pixels.n_blocks, self.tracer, workforce)? {
+        for tried in follow_all(&paths, grid.pixels.n_blocks, self.tracer, workforce)? {
             self.frame.lock_outcome().counts.add(tried.counts);
             all.plain.extend(tried.plain);
             all.told.extend(tried.told);

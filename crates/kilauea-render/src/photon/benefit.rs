@@ -7,9 +7,10 @@ use kilauea_photon::{DensityRule, Photon, PhotonClass, PhotonMap, RadiusRule, Su
 use serde::Serialize;
 
 use super::importon::{Importon, ImportonRequest, trace_importons};
-use super::trace::{PhotonRequest, TracedPhotons, trace_photons};
+use super::trace::{PhotonRequest, TracedPhotons, trace_photons_shared};
 use crate::RenderError;
 use crate::prepared::PreparedScene;
+use crate::share::PathShare;
 
 /// Paths of light that are enough to tell.
 pub(crate) const N_PILOT: u32 = 1 << 15;
@@ -64,14 +65,15 @@ pub fn photon_benefit(
     resolution: [u32; 2],
     request: &PhotonRequest,
 ) -> Result<PhotonBenefit, RenderError> {
-    pilot(prepared, resolution, request).map(|pilot| pilot.benefit)
+    pilot(prepared, resolution, request, None).map(|pilot| pilot.benefit)
 }
 
-/// As [`photon_benefit`], with what it is from.
+/// As [`photon_benefit`], with what it is from; together with those who ask the same.
 pub(crate) fn pilot(
     prepared: &PreparedScene,
     resolution: [u32; 2],
     request: &PhotonRequest,
+    share: Option<&dyn PathShare>,
 ) -> Result<Pilot, RenderError> {
     let importons = trace_importons(
         prepared,
@@ -88,7 +90,7 @@ pub(crate) fn pilot(
         n_emitted: N_PILOT.min(request.n_emitted),
         ..*request
     };
-    let traced = trace_photons(prepared, &pilot)?;
+    let traced = trace_photons_shared(prepared, &pilot, share)?;
     let shares = LightShares::at(&importons, &traced.photons);
     Ok(Pilot {
         importons,

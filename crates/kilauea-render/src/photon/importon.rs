@@ -96,7 +96,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     };
     let answerer = RayTracer::<CUTOUTS>::of(prepared, &blame);
     let workforce = Workforce::inline(request.n_threads);
-    let left = follow_all(tracer, n_blocks, &answerer, workforce)
+    let left = follow_all(&tracer, n_blocks, &answerer, workforce)
         .map_err(|error| RenderError::of_run(error, &blame, geometry))?;
     Ok(left.concat())
 }

@@ -12,6 +12,7 @@ mod counts;
 mod history;
 mod horizons;
 mod importon;
+mod left_wire;
 mod meeting;
 mod picture;
 mod report;
@@ -30,7 +31,9 @@ pub use picture::photon_picture;
 pub use report::{PhotonMemory, PhotonNumbers, PhotonRays, PhotonReport, PhotonTimes};
 pub(crate) use scatter::adjoint_pdf;
 pub use trace::{PhotonRequest, TracedPhotons, trace_photons};
-pub(crate) use trace::{TracedArrivals, trace_arrivals, trace_caustic_photons};
+pub(crate) use trace::{
+    TracedArrivals, trace_arrivals, trace_caustic_photons, trace_photons_shared,
+};
 
 /// Roughness from which on a surface keeps photons, and below which scattering is specular for the
 /// classes of photons: lobes that are narrower see too few photons of a map.

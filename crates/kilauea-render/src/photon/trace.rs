@@ -7,11 +7,12 @@ use kilauea_scene::Shading;
 use super::counts::PhotonCounts;
 use super::tracer::{LeftPhotons, PhotonTracer};
 use crate::RenderError;
-use crate::follow::{Workforce, follow_all};
+use crate::follow::{PATHS_PER_BLOCK, Workforce, follow_some};
 use crate::integrator::{Air, Blame, Media, MediumStack, RayTracer};
 use crate::light::{CausticRay, Emitter};
 use crate::prepared::PreparedScene;
 use crate::sampler::SamplerTables;
+use crate::share::{PathKind, PathPass, PathShare, follow_shared};
 
 /// What to trace.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +36,16 @@ pub(super) enum Kept {
     Caustic,
     /// None, but how light arrives over mirrors, refraction and narrow lobes alone.
     Arrivals,
+}
+
+impl Kept {
+    fn path_kind(self) -> PathKind {
+        match self {
+            Self::All => PathKind::Photons,
+            Self::Caustic => PathKind::CausticPhotons,
+            Self::Arrivals => PathKind::Arrivals,
+        }
+    }
 }
 
 /// Photons of a scene.
@@ -73,8 +84,17 @@ pub fn trace_photons(
     prepared: &PreparedScene,
     request: &PhotonRequest,
 ) -> Result<TracedPhotons, RenderError> {
+    trace_photons_shared(prepared, request, None)
+}
+
+/// Like [`trace_photons`], together with those who trace the same ones.
+pub(crate) fn trace_photons_shared(
+    prepared: &PreparedScene,
+    request: &PhotonRequest,
+    share: Option<&dyn PathShare>,
+) -> Result<TracedPhotons, RenderError> {
     let emitter = Emitter::new(&prepared.lights, &prepared.geometry, &prepared.textures);
-    trace_kept(prepared, &emitter, request, Kept::All)
+    trace_kept(prepared, &emitter, request, Kept::All, share)
 }
 
 /// Traces those photons alone that come over specular surfaces alone, from lights that may be aimed:
@@ -83,8 +103,9 @@ pub(crate) fn trace_caustic_photons(
     prepared: &PreparedScene,
     emitter: &Emitter<'_>,
     request: &PhotonRequest,
+    share: Option<&dyn PathShare>,
 ) -> Result<TracedPhotons, RenderError> {
-    trace_kept(prepared, emitter, request, Kept::Caustic)
+    trace_kept(prepared, emitter, request, Kept::Caustic, share)
 }
 
 /// Traces how light arrives where paths can be aimed at it, from lights that may be aimed
@@ -93,9 +114,10 @@ pub(crate) fn trace_arrivals(
     prepared: &PreparedScene,
     emitter: &Emitter<'_>,
     request: &PhotonRequest,
+    share: Option<&dyn PathShare>,
 ) -> Result<TracedArrivals, RenderError> {
     let mut traced = TracedArrivals::default();
-    for left in follow_photons(prepared, emitter, request, Kept::Arrivals)? {
+    for left in follow_photons(prepared, emitter, request, Kept::Arrivals, share)? {
         traced.counts.add(&left.counts);
         traced.arrivals.extend(left.arrivals);
         traced.rays.extend(left.caustic_rays);
@@ -109,9 +131,10 @@ fn trace_kept(
     emitter: &Emitter<'_>,
     request: &PhotonRequest,
     kept: Kept,
+    share: Option<&dyn PathShare>,
 ) -> Result<TracedPhotons, RenderError> {
     let start = Instant::now();
-    let left = follow_photons(prepared, emitter, request, kept)?;
+    let left = follow_photons(prepared, emitter, request, kept, share)?;
     let mut traced = TracedPhotons::default();
     traced
         .photons
@@ -131,13 +154,14 @@ fn follow_photons(
     emitter: &Emitter<'_>,
     request: &PhotonRequest,
     kept: Kept,
+    share: Option<&dyn PathShare>,
 ) -> Result<Vec<LeftPhotons>, RenderError> {
     let needs = &prepared.needs;
     match (needs.media, needs.cutouts || needs.nested_media) {
-        (false, false) => follow::<false, Air>(prepared, emitter, request, kept),
-        (false, true) => follow::<true, Air>(prepared, emitter, request, kept),
-        (true, false) => follow::<false, MediumStack>(prepared, emitter, request, kept),
-        (true, true) => follow::<true, MediumStack>(prepared, emitter, request, kept),
+        (false, false) => follow::<false, Air>(prepared, emitter, request, kept, share),
+        (false, true) => follow::<true, Air>(prepared, emitter, request, kept, share),
+        (true, false) => follow::<false, MediumStack>(prepared, emitter, request, kept, share),
+        (true, true) => follow::<true, MediumStack>(prepared, emitter, request, kept, share),
     }
 }
 
@@ -146,6 +170,7 @@ fn follow<const CUTOUTS: bool, M: Media>(
     emitter: &Emitter<'_>,
     request: &PhotonRequest,
     kept: Kept,
+    share: Option<&dyn PathShare>,
 ) -> Result<Vec<LeftPhotons>, RenderError> {
     /// Keeps the numbers of photons apart from those of camera paths.
     const PHOTON_SEED: u32 = 0x5bf0_3635;
@@ -164,6 +189,34 @@ fn follow<const CUTOUTS: bool, M: Media>(
     let tracer = PhotonTracer::<CUTOUTS, M>::new(emitter, prepared, &blame, request, kept, &tables);
     let answerer = RayTracer::<CUTOUTS>::of(prepared, &blame);
     let workforce = Workforce { n_threads, shading };
-    follow_all(tracer, n_emitted, &answerer, workforce)
-        .map_err(|error| RenderError::of_run(error, &blame, &prepared.geometry))
+    let follow = |paths| follow_some(&tracer, paths, &answerer, workforce).map(in_blocks);
+    let left = match share {
+        None => follow(0..n_emitted),
+        Some(share) => {
+            let pass = PathPass {
+                kind: kept.path_kind(),
+                seed,
+                n_paths: n_emitted,
+            };
+            follow_shared(share, pass, follow)
+        }
+    };
+    left.map_err(|error| RenderError::of_run(error, &blame, &prepared.geometry))
+}
+
+/// What paths left, in blocks of as many paths each, however they were followed: sums of floats are the
+/// same then.
+fn in_blocks(left: Vec<LeftPhotons>) -> Vec<LeftPhotons> {
+    let mut blocks: Vec<LeftPhotons> = Vec::new();
+    for left in left {
+        match blocks.last_mut() {
+            Some(block)
+                if block.counts.emitted + left.counts.emitted <= u64::from(PATHS_PER_BLOCK) =>
+            {
+                block.append(left);
+            }
+            _ => blocks.push(left),
+        }
+    }
+    blocks
 }

@@ -361,6 +361,15 @@ impl<M: Media> LightPath<M> {
 }
 
 impl LeftPhotons {
+    /// Adds what the next paths left.
+    pub(super) fn append(&mut self, next: Self) {
+        self.photons.extend(next.photons);
+        self.caustic_rays.extend(next.caustic_rays);
+        self.arrivals.extend(next.arrivals);
+        self.sent_out += next.sent_out;
+        self.counts.add(&next.counts);
+    }
+
     fn keep(&mut self, photon: Photon) {
         if photon.power == Spectrum::BLACK {
             return;

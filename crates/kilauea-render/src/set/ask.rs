@@ -1,6 +1,6 @@
 //! Whom to ask, and what becomes of several answers.
 
-use kilauea_accel::Ray;
+use kilauea_accel::{Hit, Ray};
 use kilauea_spot::RunError;
 use kilauea_texture::TextureStore;
 use serde::{Deserialize, Serialize};
@@ -37,9 +37,24 @@ pub(crate) struct Asker<'a> {
 pub(crate) struct Whom(pub(crate) u64);
 
 impl Whom {
+    const NOBODY: Self = Self(0);
+
     /// The first `n` members.
     pub(super) fn first(n: usize) -> Self {
         Self(u64::MAX >> (64 - n))
+    }
+
+    pub(super) fn is_nobody(self) -> bool {
+        self == Self::NOBODY
+    }
+
+    /// With another member, if there is one.
+    pub(super) fn with(self, number: Option<usize>) -> Self {
+        Self(self.0 | number.map_or(0, |number| 1 << number))
+    }
+
+    pub(super) fn without(self, number: Option<usize>) -> Self {
+        Self(self.0 & !number.map_or(0, |number| 1 << number))
     }
 
     /// Their numbers, in order.
@@ -71,6 +86,21 @@ impl Question {
         }
     }
 
+    /// What is left to ask once something is known: nothing where the way of a shadow ray is blocked,
+    /// and of other rays no more than the way to what they hit. What is as far as that may still win,
+    /// and rays reach it, as their ends are inclusive.
+    fn beyond(self, known: &Answer) -> Option<Self> {
+        match (self, known) {
+            (Self::Occluded { .. }, Answer::Occluded(true)) => None,
+            (Self::Closest { ray, key }, known) => {
+                let t_max = known.first_hit().map_or(ray.t_max, |hit| hit.t);
+                let ray = Ray { t_max, ..ray };
+                Some(Self::Closest { ray, key })
+            }
+            (question, _) => Some(question),
+        }
+    }
+
     /// The answer of nobody.
     pub(super) fn answer_of_nobody(&self) -> Answer {
         match self {
@@ -90,29 +120,69 @@ impl Answer {
         )
     }
 
+    /// What was hit first.
+    fn first_hit(&self) -> Option<&Hit> {
+        match self {
+            Self::Closest(hit) => hit.as_ref(),
+            Self::Met(met) => Some(&met.hit),
+            Self::Occluded(_) | Self::Tile(_) => None,
+        }
+    }
+
     /// What two members' answers to the same question amount to. In whichever order answers are
     /// combined, the outcome is the same: no two hits are equal in distance, instance and primitive.
     pub(super) fn or(self, other: Self) -> Self {
-        match (self, other) {
-            (Self::Occluded(a), Self::Occluded(b)) => Self::Occluded(a || b),
-            (Self::Met(a), Self::Met(b)) if a.hit.wins_over(&b.hit) => Self::Met(a),
-            (answer, Self::Closest(None)) => answer,
-            (_, other) => other,
-        }
+        let is_first = match (&self, &other) {
+            (Self::Occluded(is_occluded), _) => *is_occluded,
+            _ => match (self.first_hit(), other.first_hit()) {
+                (Some(a), Some(b)) => a.wins_over(b),
+                (a, _) => a.is_some(),
+            },
+        };
+        if is_first { self } else { other }
     }
 }
 
+/// A question of which who asks has seen what it knows by itself.
+pub(super) struct Begun {
+    /// Its own part of the answer, if it is a member.
+    pub(super) known: Option<Answer>,
+    /// What is left to ask.
+    pub(super) question: Question,
+    /// Of whom; of nobody where the answer is known.
+    pub(super) whom: Whom,
+}
+
 impl<'a> Asker<'a> {
-    /// Who is asked.
+    /// Who is asked beside the one who asks.
     #[inline]
-    pub(super) fn whom(&self, question: &Question) -> Whom {
+    fn whom(&self, question: &Question) -> Whom {
         let Some(ray) = question.ray() else {
-            return Whom(0);
+            return Whom::NOBODY;
         };
-        let all = Whom::first(self.set.members.len());
+        let own = self.set.own;
+        let all = Whom::first(self.set.members.len()).without(own);
         match self.broadcast {
             Broadcast::Full => all,
-            Broadcast::Culled => self.set.boxes.pierced(ray).unwrap_or(all),
+            Broadcast::Culled => self.set.boxes.pierced(ray, own).unwrap_or(all),
+        }
+    }
+
+    /// Answers as far as who asks is a member, and says who else is to be asked what.
+    #[inline]
+    pub(super) fn begin<const CUTOUTS: bool>(&self, question: Question, blame: &'a Blame) -> Begun {
+        let known = self.set.own.map(|_| {
+            RayTracer::<CUTOUTS>::of_part(self.geometry, self.textures, blame).answer_here(question)
+        });
+        let left = match (&known, self.broadcast) {
+            (Some(known), Broadcast::Culled) => question.beyond(known),
+            _ => Some(question),
+        };
+        let whom = left.map_or(Whom::NOBODY, |left| self.whom(&left));
+        Begun {
+            known,
+            question: left.unwrap_or(question),
+            whom,
         }
     }
 
@@ -127,34 +197,26 @@ impl<'a> Asker<'a> {
         self.set.members.len()
     }
 
-    /// What answers for a member in this process.
-    pub(super) fn tracer_of<const CUTOUTS: bool>(
-        &self,
-        member: &'a Member,
-        blame: &'a Blame,
-    ) -> Option<RayTracer<'a, CUTOUTS>> {
-        match member {
-            Member::Beside(part) => Some(RayTracer::of_part(&part.geometry, &part.textures, blame)),
-            Member::Own => Some(RayTracer::of_part(self.geometry, self.textures, blame)),
-            Member::Elsewhere(_) => None,
-        }
-    }
-
     /// Asks one member after the other, one question each: for those that are few.
     pub(crate) fn answer<const CUTOUTS: bool>(
         &self,
         question: Question,
         blame: &'a Blame,
     ) -> Answer {
-        let mut answer = question.answer_of_nobody();
-        for number in self.whom(&question).numbers() {
+        let Begun {
+            known,
+            question,
+            whom,
+        } = self.begin::<CUTOUTS>(question, blame);
+        let mut answer = known.unwrap_or_else(|| question.answer_of_nobody());
+        for number in whom.numbers() {
+            let Some(left) = question.beyond(&answer) else {
+                break;
+            };
             // A member that can be asked no more fails the frame with the first batch that it is sent,
             // so that what takes its place here comes to nothing.
-            let found = self.ask_one::<CUTOUTS>(number, question, blame);
+            let found = self.ask_one::<CUTOUTS>(number, left, blame);
             answer = answer.or(found.unwrap_or_else(|_| question.answer_of_nobody()));
-            if answer == Answer::Occluded(true) {
-                break;
-            }
         }
         answer
     }
@@ -174,7 +236,7 @@ impl<'a> Asker<'a> {
                     .unwrap_or_else(|| question.answer_of_nobody()))
             }
             member => {
-                let tracer = self.tracer_of::<CUTOUTS>(member, blame);
+                let tracer = member.tracer::<CUTOUTS>(blame);
                 let answer = tracer.map(|tracer| tracer.answer_of_part(question));
                 Ok(answer.unwrap_or_else(|| question.answer_of_nobody()))
             }

@@ -11,7 +11,7 @@ use super::outline::ChunkOutlines;
 use super::owners::SetPlan;
 use crate::geometry::{ChunkId, Geometry};
 
-/// The boxes of all placed chunks, with who holds what is inside.
+/// Boxes around pieces of all placed chunks, with who holds what is inside.
 pub(super) struct ChunkBoxes {
     tree: BoxTree,
     entries: Vec<Entry>,
@@ -31,8 +31,8 @@ struct Entry {
 impl ChunkBoxes {
     /// Boxes of the chunks of a whole scene, placed as `geometry` has it.
     ///
-    /// Prototypes that are placed once have a box for each chunk. The others have one for each
-    /// placement and member, so that there are no more boxes than placements of parts.
+    /// Prototypes that are placed once have a box for each piece of a chunk. The others have one for
+    /// each placement and member, so that there are no more boxes than placements of parts.
     pub(super) fn new(chunks: &ChunkOutlines, geometry: &Geometry, plan: &SetPlan) -> Self {
         let mut n_placed = vec![0_u32; chunks.bounds.len()];
         let placements = 0..geometry.n_placements() as u32;
@@ -47,9 +47,10 @@ impl ChunkBoxes {
         for placement in placements {
             let prototype = geometry.prototype_of(placement);
             let begin = entries.len();
-            for (chunk, bounds) in (0..).zip(&chunks.bounds[prototype as usize]) {
+            for (chunk, pieces) in (0..).zip(&chunks.bounds[prototype as usize]) {
                 let visibility = geometry.chunk_visibility(placement, chunk);
-                if bounds.is_empty() || visibility.is_none() {
+                let pieces = pieces.iter().filter(|bounds| !bounds.is_empty());
+                if visibility.is_none() || pieces.clone().next().is_none() {
                     continue;
                 }
                 let id = ChunkId { prototype, chunk };
@@ -68,14 +69,16 @@ impl ChunkBoxes {
                     met_by: visibility,
                     unit,
                 };
-                let placed = geometry.placed_bounds(placement, bounds);
-                let same = entries[begin..].iter().position(|other| *other == entry);
-                if let Some(idx) = same.filter(|_| is_shared) {
-                    let all: &mut Bounds3 = &mut boxes[begin + idx];
-                    *all = all.union(&placed);
-                } else {
-                    boxes.push(placed);
-                    entries.push(entry);
+                for bounds in pieces {
+                    let placed = geometry.placed_bounds(placement, bounds);
+                    let same = entries[begin..].iter().position(|other| *other == entry);
+                    if let Some(idx) = same.filter(|_| is_shared) {
+                        let all: &mut Bounds3 = &mut boxes[begin + idx];
+                        *all = all.union(&placed);
+                    } else {
+                        boxes.push(placed);
+                        entries.push(entry);
+                    }
                 }
             }
         }
@@ -87,15 +90,15 @@ impl ChunkBoxes {
         }
     }
 
-    /// Members whose chunks a ray may meet; none where that cannot be told.
+    /// Members other than `own` whose chunks a ray may meet; none where that cannot be told.
     #[inline]
-    pub(super) fn pierced(&self, ray: &Ray) -> Option<Whom> {
-        let all = Whom::first(self.n_members).0;
+    pub(super) fn pierced(&self, ray: &Ray, own: Option<usize>) -> Option<Whom> {
+        let all = Whom::first(self.n_members).without(own).0;
         let mut whom = 0_u64;
         let is_tested = self.tree.visit_pierced(ray, |idx| {
             let entry = self.entries[idx as usize];
             if entry.met_by.0 & ray.visibility.0 != 0 {
-                whom |= 1 << entry.owner;
+                whom |= (1 << entry.owner) & all;
             }
             whom == all
         });

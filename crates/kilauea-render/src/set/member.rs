@@ -6,7 +6,7 @@ use kilauea_texture::TextureStore;
 use super::MemberBytes;
 use super::partners::Remote;
 use crate::geometry::Geometry;
-use crate::integrator::{Answer, Met, Question, RayTracer};
+use crate::integrator::{Answer, Blame, Met, Question, RayTracer};
 
 /// Who holds a part of the surfaces.
 pub(super) enum Member {
@@ -16,6 +16,19 @@ pub(super) enum Member {
     Own,
     /// Another process.
     Elsewhere(Remote),
+}
+
+impl Member {
+    /// What answers for one in this process that is not who asks.
+    pub(super) fn tracer<'a, const CUTOUTS: bool>(
+        &'a self,
+        blame: &'a Blame,
+    ) -> Option<RayTracer<'a, CUTOUTS>> {
+        match self {
+            Self::Beside(part) => Some(RayTracer::of_part(&part.geometry, &part.textures, blame)),
+            Self::Own | Self::Elsewhere(_) => None,
+        }
+    }
 }
 
 /// A part of the surfaces.

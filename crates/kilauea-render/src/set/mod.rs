@@ -13,6 +13,7 @@ mod member;
 mod outline;
 mod owners;
 mod partners;
+mod pieces;
 mod process;
 mod server;
 mod traffic;
@@ -46,6 +47,8 @@ use member::{Member, Part};
 /// A set: its members, in this process or others, and where their chunks are.
 pub struct Set {
     members: Vec<Member>,
+    /// The member that is who asks, if any is.
+    own: Option<usize>,
     boxes: ChunkBoxes,
 }
 
@@ -87,7 +90,15 @@ impl Set {
         let left = Arc::new(cut(scene, |_, material| shines[material as usize]));
         let geometry = Geometry::build_part(Arc::clone(&left), Some(whole), |_| false, options)?;
         let boxes = ChunkBoxes::new(&chunks, &geometry, plan);
-        Ok((left, geometry, Self { members, boxes }))
+        Ok((
+            left,
+            geometry,
+            Self {
+                members,
+                own: None,
+                boxes,
+            },
+        ))
     }
 
     /// Bytes that each member holds; `own` if it is who asks.

@@ -11,8 +11,8 @@ use crate::geometry::Outline;
 use crate::stats::SceneSize;
 
 /// What a member of a set must know of the whole scene besides its part: how primitives are numbered
-/// and where they are rounded, where chunks are, and who holds them. Some hundred bytes a chunk, and
-/// one for each placement.
+/// and where they are rounded, where chunks are, and who holds them. A kilobyte a chunk at most, and
+/// one byte for each placement.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SetOutline {
     pub(super) whole: Outline,
@@ -24,8 +24,8 @@ pub struct SetOutline {
 /// By prototype and chunk.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct ChunkOutlines {
-    /// Boxes in the space of the chunks, around them at all times.
-    pub(super) bounds: Vec<Vec<Bounds3>>,
+    /// Boxes in the space of the chunks, around pieces of them at all times.
+    pub(super) bounds: Vec<Vec<Vec<Bounds3>>>,
     /// Of arrays and trees, as far as that is known beforehand.
     pub(super) bytes: Vec<Vec<u64>>,
 }

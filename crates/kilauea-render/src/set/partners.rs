@@ -44,7 +44,7 @@ pub(super) struct Asked {
 impl Remote {
     /// Asks a batch.
     pub(super) fn ask(&self, questions: &[Question]) -> Result<Asked, RunError> {
-        let batch = pack(&encode_questions(questions), self.packing);
+        let batch = pack(&encode_questions(questions, self.packing), self.packing);
         let n_bytes_sent = batch.len();
         let reply = self.partners.ask(self.number, batch);
         let reply = reply.map_err(|error| RunError::Unanswered {

@@ -104,7 +104,12 @@ impl PreparedScene {
             })
         };
         let members = (0..plan.n_members()).map(member).collect();
-        let set = Some(Set { members, boxes });
+        let own = Some(number);
+        let set = Some(Set {
+            members,
+            own,
+            boxes,
+        });
         Ok(Self::around((part, geometry, set), size, options, start))
     }
 }

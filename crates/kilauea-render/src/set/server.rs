@@ -3,14 +3,14 @@
 use std::time::Instant;
 
 use kilauea_accel::Visibility;
-use kilauea_spot::{Parts, Program, RunError, WireError};
+use kilauea_spot::{Parts, Program, Route, RunError, WireError};
 
-use super::ask::Asker;
+use super::ask::{Asker, Begun};
 use super::member::Member;
 use super::partners::Asked;
 use super::traffic::{RayKind, Traffic};
 use super::wire::{
-    Packing, decode_answers, decode_questions, encode_answers, encode_questions, pack, unpack,
+    Packing, Replies, decode_answers, decode_questions, encode_questions, pack, unpack,
 };
 use crate::integrator::{Answer, Blame, Question};
 
@@ -21,24 +21,16 @@ pub(crate) struct SetParts<'a, const CUTOUTS: bool> {
     /// How questions and answers travel between members in this process; as values if not as bytes.
     pub(crate) as_bytes: Option<Packing>,
     pub(crate) traffic: &'a Traffic,
-    /// On which the member answers that is who asks.
-    pub(crate) n_threads: usize,
 }
 
 impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
     /// Members in this process take values.
-    pub(crate) fn by_values(
-        asker: Asker<'a>,
-        blame: &'a Blame,
-        traffic: &'a Traffic,
-        n_threads: usize,
-    ) -> Self {
+    pub(crate) fn by_values(asker: Asker<'a>, blame: &'a Blame, traffic: &'a Traffic) -> Self {
         Self {
             asker,
             blame,
             as_bytes: None,
             traffic,
-            n_threads,
         }
     }
 
@@ -54,7 +46,7 @@ impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
             self.traffic.count_batch(start.elapsed());
             return Ok((answers, n_bytes));
         }
-        let tracer = self.asker.tracer_of::<CUTOUTS>(member, self.blame);
+        let tracer = member.tracer::<CUTOUTS>(self.blame);
         let answer = |question: Question| match &tracer {
             Some(tracer) => tracer.answer_of_part(question),
             None => question.answer_of_nobody(),
@@ -62,7 +54,7 @@ impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
         let Some(packing) = self.as_bytes else {
             return Ok((questions.into_iter().map(answer).collect(), [0; 2]));
         };
-        let request = pack(&encode_questions(&questions), packing);
+        let request = pack(&encode_questions(&questions, packing), packing);
         let reply = answer_bytes(&request, packing, answer).map_err(|e| malformed(&request, e))?;
         let answers = unpack(&reply).and_then(|body| decode_answers(&questions, &body));
         let answers = answers.map_err(|source| malformed(&reply, source))?;
@@ -90,17 +82,34 @@ where
         self.asker.set.members.len()
     }
 
-    fn whom(&self, question: &Question) -> u64 {
-        let whom = self.asker.whom(question);
-        if let Some(ray) = question.ray() {
-            let kind = question.ray_kind();
-            self.traffic.count_asked(kind, whom);
-            if self.traffic.wants_sample(ray) {
-                let units = self.asker.set.boxes.pierced_units(ray);
-                self.traffic.add_sample(kind, units);
-            }
+    fn route(&self, question: Question) -> Route<P> {
+        let Some(ray) = question.ray() else {
+            return Route::Answered(question.answer_of_nobody());
+        };
+        let kind = question.ray_kind();
+        if self.traffic.wants_sample(ray) {
+            let units = self.asker.set.boxes.pierced_units(ray);
+            self.traffic.add_sample(kind, units);
         }
-        whom.0
+        let Begun {
+            known,
+            question,
+            whom,
+        } = self.asker.begin::<CUTOUTS>(question, self.blame);
+        let asked = whom.with(self.asker.set.own);
+        self.traffic.count_asked(kind, asked);
+        if known.as_ref().is_some_and(Answer::is_met) {
+            self.traffic.count_met(kind, 1);
+        }
+        match known {
+            known if !whom.is_nobody() => Route::Asked {
+                question,
+                whom: whom.0,
+                known,
+            },
+            Some(answer) => Route::Answered(answer),
+            None => Route::Answered(question.answer_of_nobody()),
+        }
     }
 
     fn n_kinds(&self) -> usize {
@@ -111,10 +120,6 @@ where
         question.ray_kind() as usize
     }
 
-    fn of_nobody(&self, question: &Question) -> Answer {
-        question.answer_of_nobody()
-    }
-
     fn combine(&self, one: Answer, other: Answer) -> Answer {
         one.or(other)
     }
@@ -122,8 +127,9 @@ where
     fn n_batches_out(&self, part: usize) -> usize {
         match &self.asker.set.members[part] {
             Member::Elsewhere(remote) => remote.partners.n_batches_out(),
-            Member::Own => self.n_threads,
             Member::Beside(_) => 1,
+            // Who asks knows what it has.
+            Member::Own => 0,
         }
     }
 
@@ -147,8 +153,11 @@ pub(super) fn answer_bytes(
     answer: impl FnMut(Question) -> Answer,
 ) -> Result<Vec<u8>, WireError> {
     let questions = unpack(request).and_then(|body| decode_questions(&body))?;
-    let answers: Vec<Answer> = questions.into_iter().map(answer).collect();
-    Ok(pack(&encode_answers(&answers), packing))
+    let mut replies = Replies::default();
+    for answer in questions.into_iter().map(answer) {
+        replies.add(&answer);
+    }
+    Ok(pack(&replies.encode(packing), packing))
 }
 
 pub(super) fn malformed(bytes: &[u8], source: WireError) -> RunError {

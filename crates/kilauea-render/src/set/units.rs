@@ -7,8 +7,9 @@
 //! every member.
 
 use kilauea_math::Bounds3;
-use kilauea_scene::{CurvesChunk, MeshChunk, PointsChunk, Prototype, Scene};
+use kilauea_scene::{CurvesChunk, PointsChunk, Prototype, Scene};
 
+use super::pieces::piece_bounds;
 use crate::geometry::ChunkId;
 
 /// A chunk that is to be placed.
@@ -58,10 +59,11 @@ pub(super) fn chunk_bytes(prototype: &Prototype) -> Vec<u64> {
     meshes.chain(points).chain(curves).collect()
 }
 
-/// Boxes around chunks at all times, in the chunks' space, in the same order.
-pub(super) fn chunk_bounds(prototype: &Prototype) -> Vec<Bounds3> {
-    let meshes = prototype.chunks.iter().map(MeshChunk::bounds);
+/// Boxes around pieces of chunks at all times, in the chunks' space, by chunk in the same order.
+pub(super) fn chunk_bounds(prototype: &Prototype) -> Vec<Vec<Bounds3>> {
+    let meshes = prototype.chunks.iter().map(piece_bounds);
     let points = prototype.points.iter().map(PointsChunk::bounds);
     let curves = prototype.curves.iter().map(CurvesChunk::bounds);
-    meshes.chain(points).chain(curves).collect()
+    let others = points.chain(curves).map(|bounds| vec![bounds]);
+    meshes.chain(others).collect()
 }

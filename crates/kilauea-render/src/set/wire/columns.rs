@@ -1,33 +1,58 @@
-//! Columns of numbers. One that is the same in all rows is sent once.
+//! Columns of numbers. One that is the same in all rows is sent once, and the others in the order that
+//! what packs them likes, or as they lie in memory where nothing does.
 
 use kilauea_spot::{Wire, WireError};
+
+use super::Packing;
 
 /// Reads or writes columns of as many rows each.
 pub(super) struct Columns {
     n_rows: usize,
+    /// What is done to all of the columns afterwards.
+    packing: Packing,
 }
 
 const SAME: u8 = 0;
 const EACH: u8 = 1;
+/// Words byte by byte: what packs bytes finds the like next to each other (as blosc's shuffle).
+const SHUFFLED: u8 = 2;
 
 impl Columns {
     pub(super) fn of(n_rows: usize) -> Self {
-        Self { n_rows }
+        Self {
+            n_rows,
+            packing: Packing::Plain,
+        }
     }
 
-    /// Writes a column of words, byte by byte of each: the first bytes of all, then the second, and
-    /// so on. What packs bytes then finds the like next to each other (as blosc's shuffle).
-    pub(super) fn put_words(&self, words: &[u32], bytes: &mut Vec<u8>) {
-        debug_assert_eq!(words.len(), self.n_rows);
-        let Some(&first) = words.first() else { return };
-        if words.iter().all(|&word| word == first) {
+    /// Columns that are written to be packed.
+    pub(super) fn packed_by(self, packing: Packing) -> Self {
+        Self { packing, ..self }
+    }
+
+    /// Writes a column of words. To be packed, the first bytes of all come first, then the second, and
+    /// so on.
+    pub(super) fn put_words(&self, words: impl Iterator<Item = u32> + Clone, bytes: &mut Vec<u8>) {
+        let Some(first) = words.clone().next() else {
+            return;
+        };
+        if words.clone().all(|word| word == first) {
             bytes.push(SAME);
             first.encode(bytes);
             return;
         }
+        if self.packing == Packing::Lz4 {
+            bytes.push(SHUFFLED);
+            for plane in 0..4 {
+                bytes.extend(words.clone().map(|word| word.to_le_bytes()[plane]));
+            }
+            return;
+        }
         bytes.push(EACH);
-        for plane in 0..4 {
-            bytes.extend(words.iter().map(|word| word.to_le_bytes()[plane]));
+        let begin = bytes.len();
+        bytes.resize(begin + 4 * self.n_rows, 0);
+        for (at, word) in bytes[begin..].chunks_exact_mut(4).zip(words) {
+            at.copy_from_slice(&word.to_le_bytes());
         }
     }
 
@@ -38,11 +63,15 @@ impl Columns {
         }
         match u8::decode(bytes)? {
             SAME => Ok(vec![u32::decode(bytes)?; n]),
-            EACH => {
-                let (planes, rest) = bytes.split_at_checked(4 * n).ok_or(WireError::Short)?;
+            form @ (EACH | SHUFFLED) => {
+                let (words, rest) = bytes.split_at_checked(4 * n).ok_or(WireError::Short)?;
                 *bytes = rest;
-                let word = |i: usize| u32::from_le_bytes([0, 1, 2, 3].map(|p| planes[p * n + i]));
-                Ok((0..n).map(word).collect())
+                if form == SHUFFLED {
+                    let word = |i| u32::from_le_bytes([0, 1, 2, 3].map(|p| words[p * n + i]));
+                    return Ok((0..n).map(word).collect());
+                }
+                let (words, _) = words.as_chunks();
+                Ok(words.iter().map(|word| u32::from_le_bytes(*word)).collect())
             }
             other => Err(WireError::Variant(other)),
         }
@@ -99,13 +128,18 @@ mod tests {
 
     #[test]
     fn columns_survive() {
+        check_columns(Packing::Plain);
+        check_columns(Packing::Lz4);
+    }
+
+    fn check_columns(packing: Packing) {
         let words = [1, 0x1234_5678, u32::MAX, 7, 7];
         let same = [9; 5];
         let bits = [true, false, false, true, true];
-        let columns = Columns::of(5);
+        let columns = Columns::of(5).packed_by(packing);
         let mut bytes = Vec::new();
-        columns.put_words(&words, &mut bytes);
-        columns.put_words(&same, &mut bytes);
+        columns.put_words(words.into_iter(), &mut bytes);
+        columns.put_words(same.into_iter(), &mut bytes);
         columns.put_bytes(&[1, 2, 3, 4, 5], &mut bytes);
         columns.put_bytes(&[6; 5], &mut bytes);
         columns.put_bits(bits.into_iter(), &mut bytes);
@@ -123,15 +157,15 @@ mod tests {
         for end in 0..bytes.len() {
             assert_eq!(read(&bytes[..end]), Err(WireError::Short));
         }
-        let unknown = columns.take_words(&mut &[2_u8; 40][..]);
-        assert_eq!(unknown, Err(WireError::Variant(2)));
+        let unknown = columns.take_words(&mut &[3_u8; 40][..]);
+        assert_eq!(unknown, Err(WireError::Variant(3)));
     }
 
     #[test]
     fn columns_of_nothing_are_nothing() {
         let columns = Columns::of(0);
         let mut bytes = Vec::new();
-        columns.put_words(&[], &mut bytes);
+        columns.put_words([].into_iter(), &mut bytes);
         columns.put_bytes(&[], &mut bytes);
         assert!(bytes.is_empty());
         assert_eq!(columns.take_words(&mut &bytes[..]), Ok(Vec::new()));

@@ -10,7 +10,7 @@ mod tests;
 pub use frame::Packing;
 pub(crate) use frame::{pack, unpack};
 pub(crate) use rays::{decode_questions, encode_questions};
-pub(crate) use replies::{decode_answers, encode_answers};
+pub(crate) use replies::{Replies, decode_answers};
 
 /// Questions in a batch, at most: bounds what a decoder takes.
 pub(crate) const MAX_BATCH: usize = 8192;

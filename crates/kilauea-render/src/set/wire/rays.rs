@@ -8,19 +8,19 @@ use kilauea_accel::{Ray, Visibility};
 use kilauea_math::Vec3;
 use kilauea_spot::{Wire, WireError};
 
-use super::MAX_BATCH;
 use super::columns::Columns;
+use super::{MAX_BATCH, Packing};
 use crate::integrator::Question;
 
 const CLOSEST: u8 = 0;
 const OCCLUDED: u8 = 1;
 
-/// Writes a batch, of at most [`MAX_BATCH`] questions.
-pub(crate) fn encode_questions(questions: &[Question]) -> Vec<u8> {
+/// Writes a batch, of at most [`MAX_BATCH`] questions, to be packed.
+pub(crate) fn encode_questions(questions: &[Question], packing: Packing) -> Vec<u8> {
     debug_assert!(questions.len() <= MAX_BATCH);
     let mut bytes = Vec::with_capacity(32 * questions.len() + 64);
     (questions.len() as u16).encode(&mut bytes);
-    let columns = Columns::of(questions.len());
+    let columns = Columns::of(questions.len()).packed_by(packing);
     let is_occluded = |q: &Question| matches!(q, Question::Occluded { .. });
     let kinds: Vec<u8> = questions.iter().map(|q| u8::from(is_occluded(q))).collect();
     columns.put_bytes(&kinds, &mut bytes);
@@ -40,11 +40,9 @@ pub(crate) fn encode_questions(questions: &[Question]) -> Vec<u8> {
         |ray| ray.time,
     ];
     for word in words {
-        let column: Vec<u32> = rays.iter().map(|ray| word(ray).to_bits()).collect();
-        columns.put_words(&column, &mut bytes);
+        columns.put_words(rays.iter().map(|ray| word(ray).to_bits()), &mut bytes);
     }
-    let keys: Vec<u32> = questions.iter().map(Question::key).collect();
-    columns.put_words(&keys, &mut bytes);
+    columns.put_words(questions.iter().map(Question::key), &mut bytes);
     let priorities = questions.iter().filter_map(|q| match q {
         Question::Closest { .. } | Question::Tile(_) => None,
         Question::Occluded { least_priority, .. } => Some(least_priority.cast_unsigned()),

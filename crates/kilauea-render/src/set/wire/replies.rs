@@ -7,42 +7,48 @@
 use kilauea_accel::Hit;
 use kilauea_spot::{Wire, WireError};
 
+use super::Packing;
 use super::columns::Columns;
 use crate::geometry::Carried;
 use crate::integrator::{Answer, Met, Question};
 
-/// Writes the answers to a batch.
-pub(crate) fn encode_answers(answers: &[Answer]) -> Vec<u8> {
-    let met: Vec<&Met> = answers
-        .iter()
-        .filter_map(|answer| match answer {
-            Answer::Met(met) => Some(&**met),
-            Answer::Closest(_) | Answer::Occluded(_) | Answer::Tile(_) => None,
-        })
-        .collect();
-    let mut bytes = Vec::with_capacity(answers.len().div_ceil(8) + 64 * met.len());
-    let is_met = answers.iter().map(|answer| match answer {
-        Answer::Met(_) => true,
-        Answer::Occluded(is_occluded) => *is_occluded,
-        Answer::Closest(_) | Answer::Tile(_) => false,
-    });
-    Columns::of(answers.len()).put_bits(is_met, &mut bytes);
-    let columns = Columns::of(met.len());
-    let words: [fn(&Hit) -> u32; 5] = [
-        |hit| hit.t.to_bits(),
-        |hit| hit.u.to_bits(),
-        |hit| hit.v.to_bits(),
-        |hit| hit.primitive,
-        |hit| hit.instance,
-    ];
-    for word in words {
-        let column: Vec<u32> = met.iter().map(|met| word(&met.hit)).collect();
-        columns.put_words(&column, &mut bytes);
+/// The answers to a batch, written as they are found.
+#[derive(Default)]
+pub(crate) struct Replies {
+    is_met: Vec<bool>,
+    hits: Vec<Hit>,
+    /// The primitives that were hit, one after the other.
+    carried: Vec<u8>,
+}
+
+impl Replies {
+    pub(crate) fn add(&mut self, answer: &Answer) {
+        self.is_met.push(answer.is_met());
+        if let Answer::Met(met) = answer {
+            self.hits.push(met.hit);
+            met.carried.encode(&mut self.carried);
+        }
     }
-    for met in met {
-        met.carried.encode(&mut bytes);
+
+    /// The bytes, which are to be packed.
+    pub(crate) fn encode(self, packing: Packing) -> Vec<u8> {
+        let n_bytes = 64 + self.is_met.len() / 8 + 20 * self.hits.len() + self.carried.len();
+        let mut bytes = Vec::with_capacity(n_bytes);
+        Columns::of(self.is_met.len()).put_bits(self.is_met.into_iter(), &mut bytes);
+        let columns = Columns::of(self.hits.len()).packed_by(packing);
+        let words: [fn(&Hit) -> u32; 5] = [
+            |hit| hit.t.to_bits(),
+            |hit| hit.u.to_bits(),
+            |hit| hit.v.to_bits(),
+            |hit| hit.primitive,
+            |hit| hit.instance,
+        ];
+        for word in words {
+            columns.put_words(self.hits.iter().map(word), &mut bytes);
+        }
+        bytes.extend(self.carried);
+        bytes
     }
-    bytes
 }
 
 /// Reads the answers to `questions`. Never panics, and takes no more memory than there are questions
