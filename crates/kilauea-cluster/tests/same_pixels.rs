@@ -136,7 +136,10 @@ fn a_program_that_is_no_worker_is_given_up() {
         ..frame::options(1, kind)
     };
     let error = shot.start(options).finish().map(|_| ()).unwrap_err();
-    let ClusterError::NoWorkers { n_started, reason, .. } = &error else {
+    let ClusterError::NoWorkers {
+        n_started, reason, ..
+    } = &error
+    else {
         panic!("{error}");
     };
     assert_eq!(*n_started, 3);
