@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-import OpenImageIO as oiio
 from kilauea import cli
+from kilauea.benchmarks.layers import read_layers
 from ray.cluster_utils import Cluster
 
 STAGE = Path(__file__).parents[2] / "tests/scenes/box_rect_light.usda"
@@ -41,12 +41,8 @@ def words(folder: Path, name: str, *flags: str) -> list[str]:
 
 def read(folder: Path, name: str) -> tuple[np.ndarray, dict]:
     """Return all layers of a frame, and its statistics."""
-    reader = oiio.ImageInput.open(str(folder / f"{name}.exr"))
-    try:
-        pixels = reader.read_image(0, 0, 0, reader.spec().nchannels, "float")
-    finally:
-        reader.close()
-    return pixels, json.loads((folder / f"{name}.json").read_text())
+    stats = json.loads((folder / f"{name}.json").read_text())
+    return read_layers(folder / f"{name}.exr"), stats
 
 
 def render(folder: Path, name: str, *flags: str) -> tuple[np.ndarray, dict]:

@@ -23,10 +23,7 @@ SUBCOMMANDS = {
     "photons": (photons, "photons traced per second, and what their map takes"),
     "shading": (shading, "what shading as a dataflow costs, against a plain loop"),
     "sets": (sets, "what a scene asks of the members of a set that it is spread over"),
-    "workers": (
-        workers,
-        "frames of N processes beside that of one, and their pixels",
-    ),
+    "workers": (workers, "frames of N processes beside that of one, and their pixels"),
     "load": (load, "time and memory from the stage to the first ray, against Blender"),
     "needs": (needs, "what is saved by skipping what a stage has no use for"),
     "error": (error, "error at equal time against Cycles, Mitsuba and LuxCore"),

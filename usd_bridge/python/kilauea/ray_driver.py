@@ -38,6 +38,11 @@ class RenderNode:
 class Machines:
     """All machines of a cluster, with a worker on each.
 
+    Parameters
+    ----------
+    address
+        As `kilauea.ray_cluster.connect` takes it.
+
     Raises
     ------
     UsageError

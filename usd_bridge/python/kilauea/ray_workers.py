@@ -25,17 +25,7 @@ _LEAVE_SECS = 10.0
 class RayWorkers:
     """A worker on each machine of a cluster.
 
-    Parameters
-    ----------
-    address
-        As `ray.init` takes it: `auto`, or host and port of the head.
-
-    Raises
-    ------
-    UsageError
-        Ray is not installed.
-    KilaueaError
-        There is no cluster at that address, or its machines are taken.
+    Parameters and errors are those of `kilauea.ray_driver.Machines`.
     """
 
     def __init__(self, address: str) -> None:
@@ -72,8 +62,8 @@ class RayWorkers:
             self.start(ticket)
         while not self._messages.empty():
             message = self._messages.get()
-            # Workers of earlier frames end now and then too.
-            if message.get("session") == self._session:
+            # Workers of earlier frames end now and then too; the last message is the driver's end.
+            if "epoch" in message and message["session"] == self._session:
                 self._running.discard(message["epoch"])
                 job.worker_ended(message["epoch"], message["reason"])
         if self._driver.poll() is not None:

@@ -117,11 +117,13 @@ impl Frame {
             let Some(pilot) = Pilot::of(self, &samples) else {
                 return Ok(None);
             };
-            let promises_lights = self.hopes_for_lights(trainer, &pilot, found);
-            // A few hundred paths tell too little of a thousand lights.
-            let may_promise_yet = looks.peek().is_some() && found.choices > 0;
             hopes = Notes {
-                lights: hopes.lights && (promises_lights || may_promise_yet),
+                // A few hundred paths tell too little of a thousand lights: the last look decides.
+                lights: hopes.lights
+                    && match looks.peek() {
+                        Some(_) => !trainer.choices.is_empty() || self.needs.guided_lights,
+                        None => self.hopes_for_lights(trainer, &pilot, found),
+                    },
                 directions: hopes.directions && self.hopes_for_directions(trainer, &pilot, found),
             };
             seen = Some((pilot, hopes));
