@@ -4,7 +4,7 @@ use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
 use kilauea_mesh::CurveType;
 use kilauea_render::{Broadcast, Conditions, Packing, PreparedScene, RenderError, RenderJob};
 use kilauea_scene::{
-    DataWindow, FilterKind, Light, LightShape, RenderSettings, Shading, Visibility,
+    DataWindow, FilterKind, Integrator, Light, LightShape, RenderSettings, Shading, Visibility,
 };
 use kilauea_tests::{
     Curves, Mesh, Picture, Placements, Points, Stage, black_emitter, glass, light, matte, preview,
@@ -258,6 +258,7 @@ fn skipping_what_is_not_needed_does_not_change_a_bit() {
         let render = |specialize| {
             let settings = RenderSettings {
                 specialize,
+                integrator: Integrator::Path,
                 ..settings()
             };
             Picture::render(&prepared, settings)

@@ -2,7 +2,7 @@
 
 use kilauea_math::{DAffine3, DMat4, DVec3};
 use kilauea_mesh::CurveType;
-use kilauea_scene::{Light, LightShape, RenderSettings, Visibility};
+use kilauea_scene::{Integrator, Light, LightShape, RenderSettings, Visibility};
 use kilauea_tests::{
     Curves, Mesh, Picture, Placements, Points, Stage, black_emitter, check_near, light, matte,
     orthographic,
@@ -211,6 +211,7 @@ fn threads_and_general_code_do_not_change_a_bit_of_a_blurred_frame() {
             s.resolution = [40, 36];
             s.samples_per_pixel = 4;
             (s.threads, s.specialize) = (threads, specialize);
+            s.integrator = Integrator::Path;
         })
     };
     let reference = render(1, true);

@@ -2,7 +2,7 @@
 
 use kilauea_math::{DMat4, Spectrum};
 use kilauea_render::{PrepareOptions, PreparedScene, RenderError, RenderJob};
-use kilauea_scene::{Light, LightShape, RenderSettings};
+use kilauea_scene::{Integrator, Light, LightShape, RenderSettings};
 use kilauea_tests::{Mesh, Picture, Stage, black_emitter, light, rect_light};
 use std::borrow::Cow;
 use std::collections::BTreeSet;
@@ -29,6 +29,8 @@ fn parallel() -> Light {
 
 fn settings() -> RenderSettings {
     RenderSettings {
+        // That of `kilauea` that is not `path` is no part of the scene.
+        integrator: Integrator::Path,
         resolution: [24, 16],
         samples_per_pixel: 4,
         ..Stage::settings()

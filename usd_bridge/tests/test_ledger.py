@@ -98,9 +98,20 @@ def test_broken_reports_are_named(tmp_path, text: str) -> None:
 
 def test_the_headline_compares_with_the_baseline() -> None:
     text = error_tables.headline(ERROR)
-    assert "| `box` | 1.5 | 0.5 | 0.5 | 0.5 | 0.5 | each engine's own image |" in text
+    assert "| `box` | 1.5 | 0.5 | 0.5 | 0.5 | 1 | 0.5 | each engine's own image |" in text
     assert "| geometric mean |  | 0.5 |" in text
     assert "3 seeds; 4x2 pixels, 16 bounces, box filter" in text
+
+
+def test_errors_without_the_worst_pixels_are_compared_at_equal_time() -> None:
+    ours = {"trimmed_relMSE": 0.1, "seconds": 4.0}
+    theirs = {"trimmed_relMSE": 0.4, "seconds": 2.0}
+    assert error_tables.trimmed_ratio(ours, theirs) == 0.5
+
+
+def test_the_default_integrator_makes_the_headline() -> None:
+    learning = ERROR | {"summary": [*ERROR["summary"], summary("kilauea", 0.25)]}
+    assert "0.25 at `box`" in error_tables.sentence(learning)
 
 
 def test_the_sentence_names_the_extremes() -> None:

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use frame::{Shot, integrators, wait_for_progress};
 use kilauea_cluster::{ClusterError, ClusterOptions, JournalError, WorkerKind};
+use kilauea_scene::Integrator;
 
 /// A file of a test, removed when dropped.
 struct TestFile(PathBuf);
@@ -74,7 +75,8 @@ fn the_rest_of_a_frame_is_rendered_and_the_pixels_are_the_same() {
 
 #[test]
 fn nothing_that_is_kept_is_done_again() {
-    let shot = long_shot();
+    // All rays are of units: none train.
+    let shot = long_shot().with(|s| s.integrator = Integrator::Path);
     let journal = TestFile::new("counted");
     let kept = break_off(&shot, &journal);
     let done_by = |bytes: &[u8]| {

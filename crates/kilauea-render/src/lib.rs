@@ -39,6 +39,7 @@ mod stats;
 mod strategy;
 mod unit_pixels;
 mod units;
+mod wire;
 
 pub use collect::CollectedFrame;
 pub use conditions::Conditions;

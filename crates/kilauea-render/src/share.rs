@@ -8,6 +8,8 @@ use std::ops::Range;
 use kilauea_spot::{RunError, Wire};
 use serde::{Deserialize, Serialize};
 
+use crate::follow::PATHS_PER_BLOCK;
+
 /// A pass over numbered paths: the same one for all whose frame it is a part of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct PathPass {
@@ -28,6 +30,10 @@ pub enum PathKind {
     CausticPhotons,
     /// Where light arrives that paths can be aimed at.
     Arrivals,
+    /// What training paths find.
+    Training,
+    /// Pixels that are tried with what was learnt and without.
+    Trial,
 }
 
 impl PathKind {
@@ -37,6 +43,17 @@ impl PathKind {
             Self::Photons => "photons",
             Self::CausticPhotons => "caustic photons",
             Self::Arrivals => "aims",
+            Self::Training => "training",
+            Self::Trial => "trial",
+        }
+    }
+
+    /// Paths are shared out in multiples of this: whole blocks of those whose sums are made together, so
+    /// that the bits of sums do not depend on who follows them, or few of those that take long.
+    pub fn grain(self) -> u32 {
+        match self {
+            Self::Photons | Self::CausticPhotons | Self::Arrivals => 4 * PATHS_PER_BLOCK,
+            Self::Training | Self::Trial => 16,
         }
     }
 }

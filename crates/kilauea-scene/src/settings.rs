@@ -47,7 +47,8 @@ pub struct RenderSettings {
     pub shading: Shading,
     /// Bytes that shades waiting for answers may take, where they wait.
     pub shade_memory_bytes: u64,
-    /// Which unused work is skipped; false runs the general code (tests, benchmarks).
+    /// Which unused work is skipped; false runs the general code (tests, benchmarks). With the
+    /// integrator `path` the image is the same; `kilauea` uses what it learns whether it pays or not.
     pub specialize: bool,
     /// Features whose general code runs even if they are not in use, by their names in the
     /// statistics' `skipped` (tests, benchmarks).
@@ -98,9 +99,9 @@ pub struct DataWindow {
 #[serde(rename_all = "kebab-case")]
 pub enum Integrator {
     /// By what surfaces and lights are like alone.
-    #[default]
     Path,
     /// By what earlier paths found as well, where that pays.
+    #[default]
     Kilauea,
 }
 

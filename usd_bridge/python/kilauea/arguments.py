@@ -116,7 +116,7 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("--timelimit", type=_seconds, metavar="SECONDS", help="for the whole command")
     add("--noise", type=_noise, metavar="THRESHOLD", help="stop where the image is this clean")
     add("--seed", type=int)
-    add("--integrator", choices=BUILT_INTEGRATORS, help="path by default")
+    add("--integrator", choices=BUILT_INTEGRATORS, help="kilauea by default")
     add("--save-estimates", metavar="FILE", help="keep what the pilot of kilauea told")
     add("--estimates", metavar="FILE", help="what it told of the same frame, in place of a pilot")
     add("--gi", choices=("exact", "consistent"), help="exact by default")

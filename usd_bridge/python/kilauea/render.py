@@ -27,7 +27,7 @@ DEFAULTS: dict[str, Any] = {
     "samples_per_pixel": 64,
     "noise": None,
     "max_depth": 16,
-    "integrator": "path",
+    "integrator": "kilauea",
     "gi": "exact",
     "seed": 0,
     "filter": "blackman-harris",

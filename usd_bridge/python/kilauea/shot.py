@@ -152,7 +152,7 @@ def _check_estimates(args: argparse.Namespace) -> None:
         return
     if args.workers is not None or args.cluster is not None:
         raise UsageError("--estimates and --save-estimates: workers keep what they learn")
-    if args.integrator != "kilauea":
+    if args.integrator == "path":
         raise UsageError("--estimates and --save-estimates are of the integrator kilauea")
 
 

@@ -12,14 +12,11 @@ use crate::protocol::{Frame, Message, PathsLeft, PathsLent};
 
 /// Ranges for each worker, so that none waits long for the last one.
 const RANGES_PER_WORKER: u32 = 4;
-/// Paths are lent in multiples of this: whole blocks of those whose sums are made together, so that the
-/// bits of sums do not depend on who follows them.
-const GRAIN: u32 = 1024;
 /// All of them have to find room in the outbox of a worker that comes late.
 const MOST_RANGES: u32 = 64;
 /// Passes of which it is kept what paths left, for workers that come late. What is asked for after that
 /// is followed again.
-const MOST_PASSES: usize = 3;
+const MOST_PASSES: usize = 8;
 
 /// All passes over paths that workers are in.
 #[derive(Default)]
@@ -143,8 +140,9 @@ impl SharedPass {
     fn new(pass: PathPass, n_workers: u32) -> Self {
         let n_ranges = n_workers.max(1).saturating_mul(RANGES_PER_WORKER);
         let n_ranges = n_ranges.min(MOST_RANGES);
-        let step = pass.n_paths.div_ceil(n_ranges).next_multiple_of(GRAIN);
-        let starts = (0..pass.n_paths).step_by(step.max(GRAIN) as usize);
+        let grain = pass.kind.grain();
+        let step = pass.n_paths.div_ceil(n_ranges).next_multiple_of(grain);
+        let starts = (0..pass.n_paths).step_by(step.max(grain) as usize);
         let range = |start: u32| PathRange {
             paths: start..start.saturating_add(step).min(pass.n_paths),
             state: RangeState::Free,

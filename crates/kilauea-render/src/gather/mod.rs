@@ -2,6 +2,7 @@
 //! after them.
 
 mod directions;
+mod found_wire;
 mod lights;
 mod pilot;
 mod pixel_grid;

@@ -11,7 +11,7 @@ pub(super) struct PixelGrid {
     stride: i32,
     n_columns: u32,
     pub(super) n_blocks: u32,
-    seed: u32,
+    pub(super) seed: u32,
 }
 
 impl PixelGrid {

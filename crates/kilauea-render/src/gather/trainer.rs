@@ -1,12 +1,13 @@
 use kilauea_gather::{ChoiceField, ChoiceRecords, GatherField, GatherRecord, PictureSample};
-use kilauea_spot::RunError;
+use kilauea_spot::{RunError, Wire};
 
 use super::training_pass::{TrainingGrid, TrainingPaths};
 use super::trial::{TrialGrid, TrialPaths, Tried};
-use crate::follow::{Workforce, follow_all};
+use crate::follow::{Follow, Workforce, follow_some};
 use crate::frame::Frame;
 use crate::integrator::{Guided, Media, Notes, PathIntegrator, RayTracer, Training, Unmerged};
 use crate::samples::PixelSampler;
+use crate::share::{PathKind, PathPass, follow_shared};
 
 /// Runs training passes, and keeps what they find.
 pub(super) struct Trainer<'f, 'a, const CUTOUTS: bool, M> {
@@ -72,9 +73,13 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
             sampler: self.sampler(Training { guide, notes }),
             grid: &grid,
         };
-        let workforce = Workforce::inline(self.frame.n_threads);
+        let pass = PathPass {
+            kind: PathKind::Training,
+            seed: grid.pixels.seed,
+            n_paths: grid.pixels.n_blocks,
+        };
         let mut samples = Vec::new();
-        for trained in follow_all(&paths, grid.pixels.n_blocks, self.tracer, workforce)? {
+        for trained in self.follow(&paths, pass)? {
             self.frame.lock_outcome().counts.add(trained.counts);
             self.records.extend(trained.records);
             self.choices.append(&trained.choices);
@@ -95,14 +100,32 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
             told: sampler(Some(Guided::by_lights(field))),
             grid: &grid,
         };
-        let workforce = Workforce::inline(self.frame.n_threads);
+        let pass = PathPass {
+            kind: PathKind::Trial,
+            seed: grid.pixels.seed,
+            n_paths: grid.pixels.n_blocks,
+        };
         let mut all = Tried::default();
-        for tried in follow_all(&paths, grid.pixels.n_blocks, self.tracer, workforce)? {
+        for tried in self.follow(&paths, pass)? {
             self.frame.lock_outcome().counts.add(tried.counts);
             all.plain.extend(tried.plain);
             all.told.extend(tried.told);
         }
         Ok(all)
+    }
+
+    /// Follows the paths of all blocks, together with those who render the same frame.
+    fn follow<F: Follow<Left: Wire>>(
+        &self,
+        paths: &F,
+        pass: PathPass,
+    ) -> Result<Vec<F::Left>, RunError> {
+        let workforce = Workforce::inline(self.frame.n_threads);
+        let follow = |blocks| follow_some(paths, blocks, self.tracer, workforce);
+        match self.frame.path_share() {
+            None => follow(0..pass.n_paths),
+            Some(share) => follow_shared(share, pass, follow),
+        }
     }
 
     /// A field of all records.

@@ -1,13 +1,13 @@
 //! What paths of light leave, as bytes: for those who need it and did not follow them.
 
-use kilauea_gather::{Arrival, GatherRecord};
-use kilauea_math::{Spectrum, Vec3};
+use kilauea_math::Spectrum;
 use kilauea_photon::{Photon, PhotonClass};
 use kilauea_spot::{Wire, WireError};
 
 use super::PhotonCounts;
 use super::tracer::LeftPhotons;
 use crate::light::CausticRay;
+use crate::wire::{put_list, put_record, put_vec, take_list, take_record, take_vec};
 
 const GLOBAL: u8 = 0;
 const CAUSTIC: u8 = 1;
@@ -16,7 +16,7 @@ impl Wire for LeftPhotons {
     fn encode(&self, bytes: &mut Vec<u8>) {
         put_list(&self.photons, put_photon, bytes);
         put_list(&self.caustic_rays, put_caustic_ray, bytes);
-        put_list(&self.arrivals, put_arrival, bytes);
+        put_list(&self.arrivals, put_record, bytes);
         self.sent_out.encode(bytes);
         let PhotonCounts {
             emitted,
@@ -43,7 +43,7 @@ impl Wire for LeftPhotons {
         Ok(Self {
             photons: take_list(take_photon, bytes)?,
             caustic_rays: take_list(take_caustic_ray, bytes)?,
-            arrivals: take_list(take_arrival, bytes)?,
+            arrivals: take_list(take_record, bytes)?,
             sent_out: f64::decode(bytes)?,
             counts: PhotonCounts {
                 emitted: u64::decode(bytes)?,
@@ -55,34 +55,6 @@ impl Wire for LeftPhotons {
             },
         })
     }
-}
-
-fn put_list<T>(items: &[T], put: impl Fn(&T, &mut Vec<u8>), bytes: &mut Vec<u8>) {
-    (items.len() as u32).encode(bytes);
-    for item in items {
-        put(item, bytes);
-    }
-}
-
-/// Memory grows with what is read, not with what is promised.
-fn take_list<T>(
-    take: impl Fn(&mut &[u8]) -> Result<T, WireError>,
-    bytes: &mut &[u8],
-) -> Result<Vec<T>, WireError> {
-    let n = u32::decode(bytes)?;
-    let mut items = Vec::new();
-    for _ in 0..n {
-        items.push(take(bytes)?);
-    }
-    Ok(items)
-}
-
-fn put_vec(v: Vec3, bytes: &mut Vec<u8>) {
-    v.to_array().encode(bytes);
-}
-
-fn take_vec(bytes: &mut &[u8]) -> Result<Vec3, WireError> {
-    Ok(Vec3::from_array(Wire::decode(bytes)?))
 }
 
 fn put_photon(photon: &Photon, bytes: &mut Vec<u8>) {
@@ -138,39 +110,11 @@ fn take_caustic_ray(bytes: &mut &[u8]) -> Result<CausticRay, WireError> {
     })
 }
 
-fn put_arrival(record: &GatherRecord, bytes: &mut Vec<u8>) {
-    put_vec(record.p, bytes);
-    put_vec(record.n, bytes);
-    let Arrival {
-        wi,
-        irradiance,
-        pdf,
-    } = record.arrival;
-    put_vec(wi, bytes);
-    [irradiance, pdf].encode(bytes);
-    for coordinate in record.pixel {
-        coordinate.encode(bytes);
-    }
-    record.brought.encode(bytes);
-}
-
-fn take_arrival(bytes: &mut &[u8]) -> Result<GatherRecord, WireError> {
-    Ok(GatherRecord {
-        p: take_vec(bytes)?,
-        n: take_vec(bytes)?,
-        arrival: Arrival {
-            wi: take_vec(bytes)?,
-            irradiance: f32::decode(bytes)?,
-            pdf: f32::decode(bytes)?,
-        },
-        pixel: [i32::decode(bytes)?, i32::decode(bytes)?],
-        brought: f32::decode(bytes)?,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kilauea_gather::{Arrival, GatherRecord};
+    use kilauea_math::Vec3;
 
     fn left() -> LeftPhotons {
         let photon = |path_idx, class| Photon {
