@@ -128,6 +128,44 @@ fn aimed_paths_find_the_sun_in_a_mirror() {
     );
 }
 
+/// A small mirror beside a small floor, which one photon in twenty thousand meets; all others that
+/// arrive do so from the same direction, elsewhere.
+#[test]
+fn aimed_paths_find_the_sun_where_no_photon_arrived() {
+    let mut stage = stage(&WALL, metal(0.0), 2.0);
+    stage.camera = perspective([5.02, 0.3, 0.2], [5.02, 0.0, -0.47], 0.02);
+    for (polygon, material) in [
+        (
+            [
+                [4.95, 0.0, -0.4],
+                [5.1, 0.0, -0.4],
+                [5.1, 0.0, -0.5],
+                [4.95, 0.0, -0.5],
+            ],
+            0,
+        ),
+        (
+            [
+                [5.0, 0.0, -0.5],
+                [5.05, 0.0, -0.5],
+                [5.05, 0.05, -0.53],
+                [5.0, 0.05, -0.53],
+            ],
+            1,
+        ),
+    ] {
+        let mesh = Mesh::polygon(&polygon).with_material(material);
+        stage.meshes.push(mesh);
+    }
+    let prepared = stage.prepare(&settings(Aim::Never));
+    let by_chance = means(&prepared, &settings(Aim::Never), 32);
+    let aimed = means(&prepared, &settings(Aim::Always), 8);
+    assert!(
+        aimed.variance < 0.1 * by_chance.variance,
+        "{aimed:?} for {by_chance:?}"
+    );
+}
+
 #[test]
 fn how_it_is_run_does_not_change_a_bit() {
     let settings = RenderSettings {
