@@ -31,6 +31,19 @@ const PANE: [[f32; 3]; 4] = [
     [1.0, 1.0, 1.5],
     [1.0, 1.0, -0.5],
 ];
+/// A floor apart from the other, and a wall that leans back as the other does.
+const SMALL_FLOOR: [[f32; 3]; 4] = [
+    [4.95, 0.0, -0.4],
+    [5.1, 0.0, -0.4],
+    [5.1, 0.0, -0.5],
+    [4.95, 0.0, -0.5],
+];
+const SMALL_WALL: [[f32; 3]; 4] = [
+    [5.0, 0.0, -0.5],
+    [5.05, 0.0, -0.5],
+    [5.05, 0.05, -0.53],
+    [5.0, 0.05, -0.53],
+];
 
 fn sun(angle_degrees: f64) -> Light {
     let half_angle = 0.5 * angle_degrees.to_radians();
@@ -134,29 +147,10 @@ fn aimed_paths_find_the_sun_in_a_mirror() {
 fn aimed_paths_find_the_sun_where_no_photon_arrived() {
     let mut stage = stage(&WALL, metal(0.0), 2.0);
     stage.camera = perspective([5.02, 0.3, 0.2], [5.02, 0.0, -0.47], 0.02);
-    for (polygon, material) in [
-        (
-            [
-                [4.95, 0.0, -0.4],
-                [5.1, 0.0, -0.4],
-                [5.1, 0.0, -0.5],
-                [4.95, 0.0, -0.5],
-            ],
-            0,
-        ),
-        (
-            [
-                [5.0, 0.0, -0.5],
-                [5.05, 0.0, -0.5],
-                [5.05, 0.05, -0.53],
-                [5.0, 0.05, -0.53],
-            ],
-            1,
-        ),
-    ] {
-        let mesh = Mesh::polygon(&polygon).with_material(material);
-        stage.meshes.push(mesh);
-    }
+    stage.meshes.push(Mesh::polygon(&SMALL_FLOOR));
+    stage
+        .meshes
+        .push(Mesh::polygon(&SMALL_WALL).with_material(1));
     let prepared = stage.prepare(&settings(Aim::Never));
     let by_chance = means(&prepared, &settings(Aim::Never), 32);
     let aimed = means(&prepared, &settings(Aim::Always), 8);

@@ -62,20 +62,17 @@ impl<'a> Guide for Guided<'a> {
 
     #[inline]
     fn at(&self, receiver: Receiver) -> Known<'a> {
-        let found = self
-            .field
-            .and_then(|field| field.directions(receiver.p, receiver.n));
-        match (
-            self.aims
-                .map(|aims| aims.field.directions(receiver.p, receiver.n)),
-            found,
-        ) {
+        let Receiver { p, n } = receiver;
+        let aims = self.aims.map(|aims| aims.field.directions(p, n));
+        let found = self.field.and_then(|field| field.directions(p, n));
+        match (aims, found) {
+            // Of what the cell has not seen, the region is left.
             (Some(aims), Some(found)) if aims.near.is_none() => {
-                let found = Directions {
+                let both = Directions {
                     near: Some(found),
                     ..aims
                 };
-                Known::new(Some(found), GUIDED_SHARE)
+                Known::new(Some(both), GUIDED_SHARE)
             }
             (Some(aims), _) => Aimed::know(aims),
             (None, found) => Known::new(found.map(Directions::around), GUIDED_SHARE),
