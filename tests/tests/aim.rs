@@ -31,6 +31,19 @@ const PANE: [[f32; 3]; 4] = [
     [1.0, 1.0, 1.5],
     [1.0, 1.0, -0.5],
 ];
+/// A floor apart from the other, and a wall that leans back as the other does.
+const SMALL_FLOOR: [[f32; 3]; 4] = [
+    [4.95, 0.0, -0.4],
+    [5.1, 0.0, -0.4],
+    [5.1, 0.0, -0.5],
+    [4.95, 0.0, -0.5],
+];
+const SMALL_WALL: [[f32; 3]; 4] = [
+    [5.0, 0.0, -0.5],
+    [5.05, 0.0, -0.5],
+    [5.05, 0.05, -0.53],
+    [5.0, 0.05, -0.53],
+];
 
 fn sun(angle_degrees: f64) -> Light {
     let half_angle = 0.5 * angle_degrees.to_radians();
@@ -119,6 +132,25 @@ fn aimed_paths_have_the_same_expectation() {
 #[test]
 fn aimed_paths_find_the_sun_in_a_mirror() {
     let stage = stage(&WALL, metal(0.0), 2.0);
+    let prepared = stage.prepare(&settings(Aim::Never));
+    let by_chance = means(&prepared, &settings(Aim::Never), 32);
+    let aimed = means(&prepared, &settings(Aim::Always), 8);
+    assert!(
+        aimed.variance < 0.1 * by_chance.variance,
+        "{aimed:?} for {by_chance:?}"
+    );
+}
+
+/// A small mirror beside a small floor, which one photon in twenty thousand meets; all others that
+/// arrive do so from the same direction, elsewhere.
+#[test]
+fn aimed_paths_find_the_sun_where_no_photon_arrived() {
+    let mut stage = stage(&WALL, metal(0.0), 2.0);
+    stage.camera = perspective([5.02, 0.3, 0.2], [5.02, 0.0, -0.47], 0.02);
+    stage.meshes.push(Mesh::polygon(&SMALL_FLOOR));
+    stage
+        .meshes
+        .push(Mesh::polygon(&SMALL_WALL).with_material(1));
     let prepared = stage.prepare(&settings(Aim::Never));
     let by_chance = means(&prepared, &settings(Aim::Never), 32);
     let aimed = means(&prepared, &settings(Aim::Always), 8);

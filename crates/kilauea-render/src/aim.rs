@@ -69,7 +69,8 @@ impl Frame {
         let (_, rays) = bright(&pilot, least_radiance);
         let mut traced = vec![pilot];
         let mut field = None;
-        if !rays.is_empty() {
+        // Fewer do not tell where to send others, and three times as many not where to aim.
+        if rays.len() >= CausticRay::MIN_TO_AIM {
             let emitter = emitter.aimed_by(&rays);
             let request = request(1.0 - PILOT_SHARE, AIMED_SEED);
             let aimed = trace_arrivals(prepared, &emitter, &request, self.path_share())?;

@@ -6,10 +6,11 @@
 //! is still found; the density of photons is that of the mixture.
 
 use kilauea_gather::{Arrival, DirectionTree};
-use kilauea_math::{Bounds3, Vec2, Vec3};
+use kilauea_math::{Vec2, Vec3};
 
 use super::light_choice::LightChoice;
 use super::lit_box::LitBox;
+use super::places::Places;
 
 /// How the light of a caustic photon left.
 #[derive(Clone, Copy, Debug)]
@@ -32,33 +33,22 @@ pub(super) enum Target {
     /// Wherever it shines.
     Anywhere,
     Directions(DirectionTree),
-    Place(LitBox),
+    Places(Places),
 }
 
 /// Of light, the share that is aimed.
 const AIMED_SHARE: f32 = 0.75;
-/// Fewer photons do not tell where to aim.
-const MIN_RAYS: usize = 16;
-/// What photons have met is a part of what there is to meet: the box around it grows by this much of
-/// its size to each side.
-const BOX_GROWTH: f32 = 0.05;
 /// Of the choice among sources, the share that follows what earlier photons brought.
 const CHOSEN_SHARE: f32 = 0.5;
 
 impl Target {
     /// What light of one source met, whether that is at infinity or not.
     pub(super) fn of(rays: &[CausticRay], is_infinite: bool) -> Self {
-        if rays.len() < MIN_RAYS {
+        if rays.len() < CausticRay::MIN_TO_AIM {
             return Self::Anywhere;
         }
         if is_infinite {
-            let met = Bounds3::from_points(rays.iter().map(|ray| ray.p_met));
-            let growth = BOX_GROWTH * met.diagonal();
-            let bounds = Bounds3 {
-                min: met.min - growth,
-                max: met.max + growth,
-            };
-            return LitBox::new(bounds).map_or(Self::Anywhere, Self::Place);
+            return Places::of(rays).map_or(Self::Anywhere, Self::Places);
         }
         let arrivals: Vec<Arrival> = rays.iter().map(CausticRay::arrival).collect();
         DirectionTree::fit(&arrivals).map_or(Self::Anywhere, Self::Directions)
@@ -77,7 +67,7 @@ impl Target {
                 (true, u) => tree.sample(u),
                 (false, u) => sample(u),
             },
-            Self::Anywhere | Self::Place(_) => sample(u),
+            Self::Anywhere | Self::Places(_) => sample(u),
         };
         (dir, self.direction_pdf(dir, pdf(dir)))
     }
@@ -86,7 +76,7 @@ impl Target {
     pub(super) fn direction_pdf(&self, dir: Vec3, pdf: f32) -> f32 {
         match self {
             Self::Directions(tree) => mixed(tree.pdf(dir), pdf),
-            Self::Anywhere | Self::Place(_) => pdf,
+            Self::Anywhere | Self::Places(_) => pdf,
         }
     }
 
@@ -94,8 +84,8 @@ impl Target {
     /// the density of that per area.
     pub(super) fn entry(&self, lit: &LitBox, dir: Vec3, u: Vec2) -> (Vec3, f32) {
         let p = match self {
-            Self::Place(target) => match aimed(u) {
-                (true, u) => lit.entry_of(target.entry(dir, u), dir),
+            Self::Places(places) => match aimed(u) {
+                (true, u) => lit.entry_of(places.entry(dir, u), dir),
                 (false, u) => lit.entry(dir, u),
             },
             Self::Anywhere | Self::Directions(_) => lit.entry(dir, u),
@@ -107,20 +97,16 @@ impl Target {
     pub(super) fn density_per_area(&self, lit: &LitBox, p: Vec3, dir: Vec3) -> f32 {
         let anywhere = 1.0 / lit.cross_section(dir);
         match self {
-            Self::Place(target) => {
-                let aimed = if target.is_met(p, dir) {
-                    1.0 / target.cross_section(dir)
-                } else {
-                    0.0
-                };
-                mixed(aimed, anywhere)
-            }
+            Self::Places(places) => mixed(places.density_per_area(p, dir), anywhere),
             Self::Anywhere | Self::Directions(_) => anywhere,
         }
     }
 }
 
 impl CausticRay {
+    /// Fewer do not tell where to aim the light of their source.
+    pub(crate) const MIN_TO_AIM: usize = 16;
+
     /// The ray as light that arrives from where it goes to.
     fn arrival(&self) -> Arrival {
         Arrival {

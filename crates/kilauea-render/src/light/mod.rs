@@ -17,6 +17,7 @@ mod light_choice;
 mod lit_box;
 mod mesh;
 mod mesh_emission;
+mod places;
 mod spherical_rect;
 mod tree;
 mod walk;

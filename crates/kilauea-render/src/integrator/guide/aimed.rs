@@ -3,13 +3,13 @@
 //! using the Photon Map").
 
 use kilauea_bsdf::SeenBsdf;
-use kilauea_gather::AimField;
+use kilauea_gather::{AimField, Directions};
 
 use super::guided::{Known, MIN_GUIDED_ROUGHNESS};
 use super::{Drawn, Guide};
 use crate::light::{ByImportance, ImportanceWalk, LightChooser, Receiver};
 
-/// Knows directions in which something specular shows a light, in the cells where photons told.
+/// Knows directions in which something specular shows a light, as photons told.
 #[derive(Clone, Copy)]
 pub(crate) struct Aimed<'a> {
     pub(crate) field: &'a AimField,
@@ -24,6 +24,8 @@ pub(crate) struct AimedTrail {
 /// Fraction of directions that are aimed, where there is something to aim at and all lobes are rough:
 /// all that is left is worth so much more noise (decision 025).
 const AIMED_SHARE: f32 = 0.25;
+/// The same where no photon arrived near: enough for what arrives all the same not to be too bright.
+const FAR_SHARE: f32 = 0.05;
 
 impl Default for AimedTrail {
     fn default() -> Self {
@@ -31,7 +33,15 @@ impl Default for AimedTrail {
     }
 }
 
-impl Aimed<'_> {
+impl<'a> Aimed<'a> {
+    /// What there is to know of a place.
+    #[inline]
+    pub(super) fn know(directions: Directions<'a>) -> Known<'a> {
+        let is_near = directions.near.is_some();
+        let share = if is_near { AIMED_SHARE } else { FAR_SHARE };
+        Known::new(Some(directions), share)
+    }
+
     /// Whether some directions are aimed at surfaces of that kind, where photons arrive.
     pub(crate) fn aims_at(bsdf: &SeenBsdf) -> bool {
         bsdf.probability_of_rough(MIN_GUIDED_ROUGHNESS) > 0.0
@@ -58,7 +68,7 @@ impl<'a> Guide for Aimed<'a> {
 
     #[inline]
     fn at(&self, receiver: Receiver) -> Known<'a> {
-        Known::new(self.field.directions(receiver.p, receiver.n), AIMED_SHARE)
+        Self::know(self.field.directions(receiver.p, receiver.n))
     }
 
     /// An aimed path has little weight, and may meet a bright light behind specular surfaces. Until

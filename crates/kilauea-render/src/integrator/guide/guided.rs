@@ -3,7 +3,7 @@
 //! Simulation"; Müller, Gross & Novák 2017, "Practical Path Guiding").
 
 use kilauea_bsdf::{BsdfSample, SeenBsdf};
-use kilauea_gather::{ChoiceField, DirectionTree, GatherField};
+use kilauea_gather::{ChoiceField, Directions, GatherField};
 use kilauea_math::{Vec2, Vec3};
 
 use super::aimed::{Aimed, AimedTrail};
@@ -23,7 +23,7 @@ pub(crate) struct Guided<'a> {
 /// What is known at one place.
 #[derive(Clone, Copy)]
 pub(crate) struct Known<'a> {
-    directions: Option<&'a DirectionTree>,
+    directions: Option<Directions<'a>>,
     /// Fraction of directions drawn from them, where all lobes are rough.
     share: f32,
 }
@@ -62,14 +62,21 @@ impl<'a> Guide for Guided<'a> {
 
     #[inline]
     fn at(&self, receiver: Receiver) -> Known<'a> {
-        let aimed = self.aims.map(|aims| aims.at(receiver));
-        if let Some(aimed) = aimed.filter(Knowledge::chooses_directions) {
-            return aimed;
+        let Receiver { p, n } = receiver;
+        let aims = self.aims.map(|aims| aims.field.directions(p, n));
+        let found = self.field.and_then(|field| field.directions(p, n));
+        match (aims, found) {
+            // Of what the cell has not seen, the region is left.
+            (Some(aims), Some(found)) if aims.near.is_none() => {
+                let both = Directions {
+                    near: Some(found),
+                    ..aims
+                };
+                Known::new(Some(both), GUIDED_SHARE)
+            }
+            (Some(aims), _) => Aimed::know(aims),
+            (None, found) => Known::new(found.map(Directions::around), GUIDED_SHARE),
         }
-        let directions = self
-            .field
-            .and_then(|field| field.directions(receiver.p, receiver.n));
-        Known::new(directions, GUIDED_SHARE)
     }
 }
 
@@ -100,14 +107,14 @@ impl<'a> Guided<'a> {
 impl<'a> Known<'a> {
     pub(super) const NOTHING: Self = Self::new(None, 0.0);
 
-    pub(super) const fn new(directions: Option<&'a DirectionTree>, share: f32) -> Self {
+    pub(super) const fn new(directions: Option<Directions<'a>>, share: f32) -> Self {
         Self { directions, share }
     }
 
     /// The distribution, and the fraction of directions to draw from it.
     #[inline]
-    fn directions(&self, bsdf: &SeenBsdf) -> Option<(&DirectionTree, f32)> {
-        let directions = self.directions?;
+    fn directions(&self, bsdf: &SeenBsdf) -> Option<(&Directions<'a>, f32)> {
+        let directions = self.directions.as_ref()?;
         let share = self.share * bsdf.probability_of_rough(MIN_GUIDED_ROUGHNESS);
         (share > 0.0).then_some((directions, share))
     }
@@ -158,7 +165,7 @@ impl Knowledge for Known<'_> {
 
 /// Draws a direction from the cell, and weighs it for the mixture.
 #[inline]
-fn sample_cell(directions: &DirectionTree, share: f32, bsdf: &SeenBsdf, u: Vec2) -> Option<Drawn> {
+fn sample_cell(directions: &Directions<'_>, share: f32, bsdf: &SeenBsdf, u: Vec2) -> Option<Drawn> {
     let wi = directions.sample(u);
     let eval = bsdf.eval(wi);
     if eval.total().is_black() {
