@@ -26,6 +26,9 @@ const MOST_PHOTONS: f64 = (1 << 18) as f64;
 /// A light is looked for that would be at least so many times as bright as what the scene's mean
 /// irradiance makes of white: others are large enough for paths to find them.
 const LEAST_CONTRAST: f64 = 100.0;
+/// Light is worth aiming at that by chance makes at least that variance of a sample, relative to white
+/// surfaces under the mean irradiance: for less, other light loses more by the directions that it lacks.
+const LEAST_VARIANCE: f64 = 16.0;
 /// Apart from all seeds of pictures.
 const PILOT_SEED: u32 = 0x6169_6d30;
 const AIMED_SEED: u32 = 0x6169_6d31;
@@ -39,9 +42,9 @@ impl Frame {
         let (prepared, settings) = (&*self.prepared, &self.settings);
         let n_pixels = settings.resolution.map(f64::from).iter().product::<f64>();
         let n_asked = PHOTON_SHARE * n_pixels * f64::from(settings.samples_per_pixel);
-        let least_contrast = match settings.photons.aim {
-            Aim::WherePays if n_asked >= LEAST_PHOTONS => LEAST_CONTRAST,
-            Aim::Always => 0.0,
+        let (least_contrast, least_variance) = match settings.photons.aim {
+            Aim::WherePays if n_asked >= LEAST_PHOTONS => (LEAST_CONTRAST, LEAST_VARIANCE),
+            Aim::Always => (0.0, 0.0),
             Aim::WherePays | Aim::Never => return Ok(None),
         };
         if settings.max_depth < 2 || prepared.scene.prototypes.iter().any(moves) {
@@ -75,7 +78,10 @@ impl Frame {
             let request = request(1.0 - PILOT_SHARE, AIMED_SEED);
             let aimed = trace_arrivals(prepared, &emitter, &request, self.path_share())?;
             let (arrivals, _) = bright(&aimed, least_radiance);
-            field = AimField::fit(&arrivals);
+            let white = aimed.sent_out / (area * PI);
+            if variance_by_chance(&arrivals, area) >= least_variance * white * white {
+                field = AimField::fit(&arrivals);
+            }
             traced.push(aimed);
             self.lock_outcome().aim.arrivals = arrivals.len() as u64;
         }
@@ -98,6 +104,16 @@ impl Frame {
             ..outcome.aim
         };
     }
+}
+
+/// Variance of a sample of paths that find arriving light by chance, where all surfaces of that area
+/// are white: light of the mean radiance C that they find with the brightness f has C f.
+fn variance_by_chance(arrivals: &[GatherRecord], area: f64) -> f64 {
+    let flux_times_radiance = |record: &GatherRecord| {
+        let flux = f64::from(record.arrival.irradiance);
+        flux * flux * f64::from(record.arrival.pdf)
+    };
+    arrivals.iter().map(flux_times_radiance).sum::<f64>() / (area * PI)
 }
 
 /// Arrivals of light of at least that radiance, and how it left.
