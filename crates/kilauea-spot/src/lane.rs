@@ -6,7 +6,7 @@ use crate::budget::Budget;
 use crate::departures::{Departures, Route};
 use crate::engine::Limits;
 use crate::exchange::{Child, Home};
-use crate::priority::PriorityQueue;
+use crate::priority::{PriorityQueue, Within};
 use crate::program::Program;
 use crate::queued::Started;
 use crate::server::Server;
@@ -96,7 +96,7 @@ impl<'r, P: Program> Lane<'r, P> {
             answers: Slots::new(),
             outputs: Slots::new(),
             cell_bytes: Vec::new(),
-            ready: PriorityQueue::new(limits.order),
+            ready: PriorityQueue::new(limits.order, Within::Latest),
             departures: Departures::new(server.n_parts(), server.n_kinds()),
             spawned: Vec::new(),
             held_outputs: HashMap::new(),
