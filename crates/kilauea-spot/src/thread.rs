@@ -339,7 +339,9 @@ where
                     return;
                 }
                 *n_questions_out += n;
-                let rest = line.questions.split_off(n);
+                // With room for as many again, so that it need not move as it grows.
+                let mut rest = Vec::with_capacity(n);
+                rest.extend(line.questions.drain(n..));
                 let questions = std::mem::replace(&mut line.questions, rest);
                 exchange.questions[line.part].push(Batch {
                     thread: self.thread as u32,
