@@ -139,6 +139,8 @@ impl Frame {
             max_depth: self.settings.max_depth,
             camera_cone: RayCone::of_camera_ray(&self.camera, self.settings.samples_per_pixel),
             needs: self.needs,
+            // Members of a set have the files, each for itself.
+            asks_for_tiles: self.needs.textures && prepared.set.is_none(),
             camera_media,
             guide: Unguided,
             merge: Unmerged,

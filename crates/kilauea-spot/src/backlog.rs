@@ -1,6 +1,6 @@
 //! Children that nobody has started: the part of a thread's work that others may steal.
 
-use crate::priority::{Order, PriorityQueue};
+use crate::priority::{Order, PriorityQueue, Within};
 use crate::sync::{AtomicUsize, Mutex, Ordering, lock};
 
 /// Most children of one thread that run on others at a time. It bounds what may arrive in the
@@ -27,7 +27,7 @@ impl<T> Backlog<T> {
         Self {
             n_waiting: AtomicUsize::new(0),
             state: Mutex::new(State {
-                queue: PriorityQueue::new(order),
+                queue: PriorityQueue::new(order, Within::Oldest),
                 n_lent: 0,
             }),
         }

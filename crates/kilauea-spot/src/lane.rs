@@ -3,16 +3,20 @@
 use std::collections::HashMap;
 
 use crate::budget::Budget;
+use crate::departures::{Departures, Route};
 use crate::engine::Limits;
 use crate::exchange::{Child, Home};
-use crate::priority::PriorityQueue;
+use crate::priority::{PriorityQueue, Within};
 use crate::program::Program;
 use crate::queued::Started;
+use crate::server::Server;
 use crate::slots::{Slots, Ticket};
 
 /// SPOTs of one thread, their slots, and what they have sent.
-pub(crate) struct Lane<P: Program> {
+pub(crate) struct Lane<'r, P: Program> {
     thread: u32,
+    /// Says what becomes of questions.
+    server: &'r dyn Server<P>,
     /// The SPOT that is being run.
     current: u32,
     spots: Vec<Spot>,
@@ -23,9 +27,8 @@ pub(crate) struct Lane<P: Program> {
     cell_bytes: Vec<usize>,
     /// SPOTs in condition ACTIVE.
     pub(crate) ready: PriorityQueue<u32>,
-    /// Questions of which nobody has seen yet whom they go to. Bounded by the open slots of SPOTs in
-    /// flight.
-    pub(crate) outbox: Vec<(Ticket, P::Question)>,
+    /// Questions that were not sent yet.
+    pub(crate) departures: Departures<P::Question>,
     /// Children of the SPOT that is being run.
     pub(crate) spawned: Vec<Child<P>>,
     /// Outputs of SPOTs that ended before children whose outputs they do not read.
@@ -70,7 +73,7 @@ pub(crate) struct Origin {
     pub(crate) home: Option<Home>,
 }
 
-impl<P: Program> Lane<P> {
+impl<'r, P: Program> Lane<'r, P> {
     /// Memory that a SPOT takes besides its cell.
     const SPOT_BYTES: usize = size_of::<Spot>() + size_of::<u32>();
     /// Memory of a question from its asking until the SPOT reads the answer.
@@ -83,17 +86,18 @@ impl<P: Program> Lane<P> {
     const CHILD_BYTES: usize =
         Slots::<P::Output>::BYTES + larger(size_of::<Child<P>>(), size_of::<(Home, P::Output)>());
 
-    pub(crate) fn new(thread: usize, limits: &Limits) -> Self {
+    pub(crate) fn new(thread: usize, limits: &Limits, server: &'r dyn Server<P>) -> Self {
         Self {
             thread: thread as u32,
+            server,
             current: 0,
             spots: Vec::new(),
             free_spots: Vec::new(),
             answers: Slots::new(),
             outputs: Slots::new(),
             cell_bytes: Vec::new(),
-            ready: PriorityQueue::new(limits.order),
-            outbox: Vec::new(),
+            ready: PriorityQueue::new(limits.order, Within::Latest),
+            departures: Departures::new(server.n_parts(), server.n_kinds()),
             spawned: Vec::new(),
             held_outputs: HashMap::new(),
             budget: Budget::new(limits.budget_bytes / limits.n_threads),
@@ -163,20 +167,11 @@ impl<P: Program> Lane<P> {
     }
 
     /// Fills the slot of an answer, with the last of those that are combined.
-    pub(crate) fn deliver_answer(
-        &mut self,
-        ticket: Ticket,
-        answer: P::Answer,
-        combine: impl FnOnce(P::Answer, P::Answer) -> P::Answer,
-    ) {
+    pub(crate) fn deliver_answer(&mut self, ticket: Ticket, answer: P::Answer) {
+        let combine = |one, other| self.server.combine(one, other);
         if let Some(spot) = self.answers.fill_part(ticket, answer, combine) {
             self.close_slot(spot);
         }
-    }
-
-    /// Notes that a question goes to so many, and what is known of the answer.
-    pub(crate) fn expect_answers(&mut self, ticket: Ticket, n: u32, known: Option<P::Answer>) {
-        self.answers.expect(ticket, n, known);
     }
 
     /// Fills the slot of a child's output. Returns the parent's own output if it was held back for
@@ -198,13 +193,26 @@ impl<P: Program> Lane<P> {
         Some((self.bury(home.spot), held))
     }
 
-    /// Opens a slot for the answer and sends the question.
+    /// Opens a slot for the answer and sends the question to those who know. Where that is nobody but
+    /// this thread the slot is filled at once, so that the SPOT need not wait for it.
     pub(crate) fn ask(&mut self, question: P::Question) -> Ticket {
-        let ticket = self.answers.open(self.current);
-        self.spots[self.current as usize].n_open += 1;
-        self.budget.begin_question(Self::QUESTION_BYTES);
-        self.outbox.push((ticket, question));
         self.n_questions += 1;
+        self.budget.begin_question(Self::QUESTION_BYTES);
+        let (question, whom, known) = match self.server.route(question) {
+            Route::Answered(answer) => return self.answers.open_filled(answer),
+            Route::Asked {
+                question,
+                whom,
+                known,
+            } => (question, whom, known),
+        };
+        let ticket = self.answers.open(self.current);
+        if known.is_some() || !whom.is_power_of_two() {
+            self.answers.expect(ticket, whom.count_ones(), known);
+        }
+        self.spots[self.current as usize].n_open += 1;
+        let kind = self.server.kind(&question);
+        self.departures.add(ticket, question, kind, whom);
         ticket
     }
 

@@ -102,8 +102,8 @@
 //!
 //! # Order and memory
 //!
-//! A thread always takes what has the highest generation (section 4.2 of the paper), and admits new
-//! roots only when there is nothing else to do and its share of the budget is not half used. That
+//! A thread always takes what has the highest generation (section 4.2 of the paper), of ACTIVE SPOTs
+//! that are equal in this the one that became so last, and admits new roots only when there is nothing else to do and its share of the budget is not half used. That
 //! alone does not bound memory when answers take time: all roots advance together. So there are
 //! two more rules. The number of roots in flight follows what they are seen to lead to, and while
 //! memory is short only the work of a few *privileged* roots goes on, until they end. Memory passes

@@ -14,12 +14,22 @@ pub enum Order {
     FirstCome,
 }
 
+/// Which work goes first of one generation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Within {
+    /// What has waited longest.
+    Oldest,
+    /// What came last, as its memory may still be in the caches.
+    Latest,
+}
+
 /// Work by generation, and work that was set aside for want of memory.
 ///
 /// It is bounded by what it holds: SPOTs and children in flight, which the budget limits. It never
 /// makes anyone wait.
 pub(crate) struct PriorityQueue<T> {
     order: Order,
+    within: Within,
     by_generation: Vec<VecDeque<(u64, T)>>,
     /// No generation at or above this has work.
     end: usize,
@@ -28,9 +38,15 @@ pub(crate) struct PriorityQueue<T> {
 }
 
 impl<T> PriorityQueue<T> {
-    pub(crate) fn new(order: Order) -> Self {
+    /// Of equal generation, `within` says what goes first; where generations do not count, what was
+    /// first.
+    pub(crate) fn new(order: Order, within: Within) -> Self {
         Self {
             order,
+            within: match order {
+                Order::HighestGeneration => within,
+                Order::FirstCome => Within::Oldest,
+            },
             by_generation: Vec::new(),
             end: 0,
             set_aside: BTreeMap::new(),
@@ -70,9 +86,14 @@ impl<T> PriorityQueue<T> {
                 let root = self.oldest_set_aside()?;
                 self.pop_set_aside(root)
             }
-            end => self.by_generation[end - 1]
-                .pop_front()
-                .map(|(_, item)| item),
+            end => {
+                let equals = &mut self.by_generation[end - 1];
+                let first = match self.within {
+                    Within::Oldest => equals.pop_front(),
+                    Within::Latest => equals.pop_back(),
+                };
+                first.map(|(_, item)| item)
+            }
         }
     }
 
@@ -118,8 +139,8 @@ mod tests {
         std::iter::from_fn(|| queue.pop()).collect()
     }
 
-    fn filled(order: Order) -> PriorityQueue<&'static str> {
-        let mut queue = PriorityQueue::new(order);
+    fn filled(order: Order, within: Within) -> PriorityQueue<&'static str> {
+        let mut queue = PriorityQueue::new(order, within);
         queue.push(1, 0, "a");
         queue.push(3, 1, "b");
         queue.push(3, 0, "c");
@@ -129,20 +150,28 @@ mod tests {
 
     #[test]
     fn highest_generation_goes_first() {
-        let mut queue = filled(Order::HighestGeneration);
-        assert_eq!(queue.urgency(), 4);
-        assert_eq!(drain(&mut queue), ["b", "c", "a", "d"]);
-        assert_eq!(queue.urgency(), 0);
+        for (within, expected) in [
+            (Within::Oldest, ["b", "c", "a", "d"]),
+            (Within::Latest, ["c", "b", "a", "d"]),
+        ] {
+            let mut queue = filled(Order::HighestGeneration, within);
+            assert_eq!(queue.urgency(), 4);
+            assert_eq!(drain(&mut queue), expected);
+            assert_eq!(queue.urgency(), 0);
+        }
     }
 
     #[test]
     fn first_come_first_served() {
-        assert_eq!(drain(&mut filled(Order::FirstCome)), ["a", "b", "c", "d"]);
+        for within in [Within::Oldest, Within::Latest] {
+            let drained = drain(&mut filled(Order::FirstCome, within));
+            assert_eq!(drained, ["a", "b", "c", "d"]);
+        }
     }
 
     #[test]
     fn what_is_set_aside_comes_back_by_root() {
-        let mut queue = filled(Order::HighestGeneration);
+        let mut queue = filled(Order::HighestGeneration, Within::Oldest);
         assert_eq!(queue.pop_of(&[2]), Some("d"));
         assert_eq!(queue.pop_of(&[2]), None);
         assert_eq!(queue.oldest_set_aside(), Some(0));

@@ -20,13 +20,13 @@ struct LabeledCells<'a, R> {
 
 /// One engine thread's side of [`Runtime`].
 pub struct Queued<'a, P: Program> {
-    lane: Rc<RefCell<Lane<P>>>,
+    lane: Rc<RefCell<Lane<'a, P>>>,
     pools: PoolList<'a, P::Output>,
 }
 
 /// What code of SPOTs sees where questions travel.
-pub struct QueuedContext<P: Program> {
-    lane: Rc<RefCell<Lane<P>>>,
+pub struct QueuedContext<'a, P: Program> {
+    lane: Rc<RefCell<Lane<'a, P>>>,
 }
 
 /// A pool of one engine thread.
@@ -43,21 +43,21 @@ pub struct Started {
 }
 
 /// An answer on its way.
-pub struct Reply<P: Program> {
-    lane: Rc<RefCell<Lane<P>>>,
+pub struct Reply<'a, P: Program> {
+    lane: Rc<RefCell<Lane<'a, P>>>,
     /// `None` once read.
     ticket: Option<Ticket>,
 }
 
 /// A child on its way.
-pub struct ChildOutput<P: Program> {
-    lane: Rc<RefCell<Lane<P>>>,
+pub struct ChildOutput<'a, P: Program> {
+    lane: Rc<RefCell<Lane<'a, P>>>,
     /// `None` once read.
     ticket: Option<Ticket>,
 }
 
 impl<'a, P: Program> Queued<'a, P> {
-    pub(crate) fn new(lane: Rc<RefCell<Lane<P>>>) -> Self {
+    pub(crate) fn new(lane: Rc<RefCell<Lane<'a, P>>>) -> Self {
         Self {
             lane,
             pools: Rc::default(),
@@ -72,7 +72,7 @@ impl<'a, P: Program> Queued<'a, P> {
         }
     }
 
-    pub(crate) fn context(&self) -> QueuedContext<P> {
+    pub(crate) fn context(&self) -> QueuedContext<'a, P> {
         QueuedContext {
             lane: Rc::clone(&self.lane),
         }
@@ -103,7 +103,7 @@ impl<'a, P: Program> Queued<'a, P> {
 }
 
 impl<'a, P: Program + 'a> Runtime<'a, P> for Queued<'a, P> {
-    type Context = QueuedContext<P>;
+    type Context = QueuedContext<'a, P>;
     type Started = Started;
     type Pool<F: Future<Output = P::Output> + 'a> = QueuedPool<F>;
 
@@ -132,7 +132,7 @@ impl<F> Pool<F> for QueuedPool<F> {
     }
 }
 
-impl<P: Program> Clone for QueuedContext<P> {
+impl<P: Program> Clone for QueuedContext<'_, P> {
     fn clone(&self) -> Self {
         Self {
             lane: Rc::clone(&self.lane),
@@ -140,20 +140,20 @@ impl<P: Program> Clone for QueuedContext<P> {
     }
 }
 
-impl<P: Program> Context<P> for QueuedContext<P> {
+impl<'a, P: Program> Context<P> for QueuedContext<'a, P> {
     const WAITS: bool = true;
 
-    type Reply = Reply<P>;
-    type Child = ChildOutput<P>;
+    type Reply = Reply<'a, P>;
+    type Child = ChildOutput<'a, P>;
 
-    fn ask(&self, question: P::Question) -> Reply<P> {
+    fn ask(&self, question: P::Question) -> Reply<'a, P> {
         Reply {
             ticket: Some(self.lane.borrow_mut().ask(question)),
             lane: Rc::clone(&self.lane),
         }
     }
 
-    fn spawn(&self, work: P::Work) -> ChildOutput<P> {
+    fn spawn(&self, work: P::Work) -> ChildOutput<'a, P> {
         ChildOutput {
             ticket: Some(self.lane.borrow_mut().spawn(work)),
             lane: Rc::clone(&self.lane),
@@ -161,7 +161,7 @@ impl<P: Program> Context<P> for QueuedContext<P> {
     }
 }
 
-impl<P: Program> Future for Reply<P> {
+impl<P: Program> Future for Reply<'_, P> {
     type Output = P::Answer;
 
     fn poll(mut self: Pin<&mut Self>, _: &mut task::Context<'_>) -> Poll<P::Answer> {
@@ -174,7 +174,7 @@ impl<P: Program> Future for Reply<P> {
     }
 }
 
-impl<P: Program> Drop for Reply<P> {
+impl<P: Program> Drop for Reply<'_, P> {
     fn drop(&mut self) {
         if let Some(ticket) = self.ticket {
             self.lane.borrow_mut().discard_answer(ticket);
@@ -182,7 +182,7 @@ impl<P: Program> Drop for Reply<P> {
     }
 }
 
-impl<P: Program> Future for ChildOutput<P> {
+impl<P: Program> Future for ChildOutput<'_, P> {
     type Output = P::Output;
 
     fn poll(mut self: Pin<&mut Self>, _: &mut task::Context<'_>) -> Poll<P::Output> {
@@ -195,7 +195,7 @@ impl<P: Program> Future for ChildOutput<P> {
     }
 }
 
-impl<P: Program> Drop for ChildOutput<P> {
+impl<P: Program> Drop for ChildOutput<'_, P> {
     fn drop(&mut self) {
         if let Some(ticket) = self.ticket {
             self.lane.borrow_mut().discard_output(ticket);

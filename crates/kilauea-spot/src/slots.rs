@@ -53,7 +53,15 @@ impl<T> Slots<T> {
 
     /// Opens a slot of `spot`.
     pub(crate) fn open(&mut self, spot: u32) -> Ticket {
-        let state = SlotState::Open { spot };
+        self.occupy(SlotState::Open { spot })
+    }
+
+    /// Opens a slot whose value is known.
+    pub(crate) fn open_filled(&mut self, value: T) -> Ticket {
+        self.occupy(SlotState::Filled(value))
+    }
+
+    fn occupy(&mut self, state: SlotState<T>) -> Ticket {
         let Some(idx) = self.first_free else {
             let round = NonZeroU32::MIN;
             self.slots.push(Slot { round, state });

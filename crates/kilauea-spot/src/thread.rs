@@ -7,7 +7,6 @@ use std::task::Poll;
 use std::time::Instant;
 
 use crate::budget::Pressure;
-use crate::departures::{Departures, Route};
 use crate::engine::Limits;
 use crate::error::{RunError, panic_message};
 use crate::exchange::{Batch, Child, Exchange, Mail};
@@ -16,11 +15,7 @@ use crate::priority::Order;
 use crate::program::{Job, Program};
 use crate::queued::{Queued, QueuedContext, Started};
 use crate::server::Server;
-use crate::slots::Ticket;
 use crate::stats::ThreadStats;
-
-/// Questions of which a thread sees at a time whom they go to: enough to stay with the code that does.
-const MOST_ROUTED: usize = 256;
 
 /// What an engine thread works with. `S` starts SPOTs.
 struct EngineThread<'a, 'e, P: Program, J, S> {
@@ -31,14 +26,11 @@ struct EngineThread<'a, 'e, P: Program, J, S> {
     limits: &'e Limits,
     /// Questions of a full batch.
     batch_len: usize,
-    lane: Rc<RefCell<Lane<P>>>,
+    lane: Rc<RefCell<Lane<'a, P>>>,
     runtime: Queued<'a, P>,
     starter: S,
     /// Questions sent and not answered; never above the credit.
     n_questions_out: usize,
-    departures: Departures<P::Question>,
-    /// Questions that are being routed.
-    asked: Vec<(Ticket, P::Question)>,
     mail: Vec<Mail<P>>,
     privileged: Vec<u64>,
     stats: ThreadStats,
@@ -52,15 +44,15 @@ enum Task<P: Program> {
 }
 
 /// Runs SPOTs on thread number `thread` until the run ends.
-pub(crate) fn run_thread<P: Program, J: Job<P>>(
+pub(crate) fn run_thread<'a, P: Program, J: Job<P>>(
     thread: usize,
-    program: &P,
+    program: &'a P,
     job: &J,
-    server: &dyn Server<P>,
+    server: &'a dyn Server<P>,
     exchange: &Exchange<P>,
     limits: &Limits,
 ) -> ThreadStats {
-    let lane = Rc::new(RefCell::new(Lane::new(thread, limits)));
+    let lane = Rc::new(RefCell::new(Lane::new(thread, limits, server)));
     let runtime = Queued::new(Rc::clone(&lane));
     let starter = program.starter(&runtime);
     let start = Instant::now();
@@ -76,8 +68,6 @@ pub(crate) fn run_thread<P: Program, J: Job<P>>(
         runtime: runtime.share(),
         starter,
         n_questions_out: 0,
-        departures: Departures::new(server.n_parts(), server.n_kinds()),
-        asked: Vec::new(),
         mail: Vec::new(),
         privileged: Vec::new(),
         stats: ThreadStats::default(),
@@ -90,7 +80,7 @@ impl<'a, P, J, S> EngineThread<'a, '_, P, J, S>
 where
     P: Program + 'a,
     J: Job<P>,
-    S: Fn(P::Work, QueuedContext<P>) -> Started,
+    S: Fn(P::Work, QueuedContext<'a, P>) -> Started,
 {
     fn run(&mut self) {
         while !self.exchange.progress.has_ended() {
@@ -101,12 +91,9 @@ where
             self.read_mail();
             match self.choose() {
                 Some(task) => self.perform(task),
-                None if self.route() => {}
                 None => self.wait(),
             }
-            if self.lane.borrow().outbox.len() >= MOST_ROUTED.min(self.batch_len) {
-                self.route();
-            }
+            self.send_batches(self.batch_len);
         }
     }
 
@@ -119,7 +106,7 @@ where
                     self.n_questions_out = self.n_questions_out.saturating_sub(answers.len());
                     let mut lane = self.lane.borrow_mut();
                     for (ticket, answer) in answers {
-                        lane.deliver_answer(ticket, answer, |a, b| self.server.combine(a, b));
+                        lane.deliver_answer(ticket, answer);
                     }
                 }
                 Mail::Output(home, output) => {
@@ -143,7 +130,8 @@ where
             return self.choose_first_come(may_admit);
         }
         let pressure = lane.budget.pressure();
-        let may_admit = lane.budget.may_admit() && self.has_room_for_questions();
+        let n_waiting = self.n_questions_out + lane.departures.n_waiting();
+        let may_admit = lane.budget.may_admit() && self.has_room_for_questions(n_waiting);
         let backlog = &self.exchange.backlogs[self.thread];
         if pressure <= Pressure::Resume {
             let urgency = lane.ready.urgency();
@@ -326,54 +314,24 @@ where
         }
     }
 
-    /// Whether more questions would make batches fuller. Beyond as many as fill one to each holder, SPOTs
-    /// that wait take room in caches from those that run.
-    fn has_room_for_questions(&self) -> bool {
-        let n_waiting = self.n_questions_out + self.departures.n_waiting();
+    /// Whether more questions than those that wait would make batches fuller. Beyond as many as fill one
+    /// to each holder, SPOTs that wait take room in caches from those that run.
+    fn has_room_for_questions(&self, n_waiting: usize) -> bool {
         let full = self.server.full_batch();
         full.is_none_or(|full| n_waiting < full * self.server.n_parts())
-    }
-
-    /// Answers what was asked, or puts it with others that go the same way, and sends those that are
-    /// enough. False if nothing was asked.
-    fn route(&mut self) -> bool {
-        std::mem::swap(&mut self.asked, &mut self.lane.borrow_mut().outbox);
-        if self.asked.is_empty() {
-            return false;
-        }
-        let mut lane = self.lane.borrow_mut();
-        for (ticket, question) in self.asked.drain(..) {
-            match self.server.route(question) {
-                Route::Answered(answer) => lane.deliver_answer(ticket, answer, |_, answer| answer),
-                Route::Asked {
-                    question,
-                    whom,
-                    known,
-                } => {
-                    if known.is_some() || !whom.is_power_of_two() {
-                        lane.expect_answers(ticket, whom.count_ones(), known);
-                    }
-                    let kind = self.server.kind(&question);
-                    self.departures.add(ticket, question, kind, whom);
-                }
-            }
-        }
-        drop(lane);
-        self.send_batches(self.batch_len);
-        true
     }
 
     /// Sends batches of at least so many questions, as the credit allows.
     fn send_batches(&mut self, least: usize) {
         let Self {
-            departures,
+            lane,
             exchange,
             limits,
             batch_len,
             n_questions_out,
             ..
         } = self;
-        for line in departures.lines_of(least) {
+        for line in lane.borrow_mut().departures.lines_of(least) {
             while line.questions.len() >= least.max(1) {
                 let credit = limits.questions_out - *n_questions_out;
                 let n = line.questions.len().min(*batch_len).min(credit);
@@ -381,7 +339,9 @@ where
                     return;
                 }
                 *n_questions_out += n;
-                let rest = line.questions.split_off(n);
+                // With room for as many again, so that it need not move as it grows.
+                let mut rest = Vec::with_capacity(n);
+                rest.extend(line.questions.drain(n..));
                 let questions = std::mem::replace(&mut line.questions, rest);
                 exchange.questions[line.part].push(Batch {
                     thread: self.thread as u32,

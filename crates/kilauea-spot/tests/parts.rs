@@ -25,6 +25,7 @@ struct Holders {
 #[derive(Clone, Copy)]
 enum Fault {
     Panics,
+    PanicsAsAsked,
     Fails,
 }
 
@@ -51,6 +52,9 @@ impl Parts<Hall> for Holders {
     }
 
     fn route(&self, question: Question) -> Route<Hall> {
+        if matches!(self.fault, Some((_, Fault::PanicsAsAsked))) {
+            panic!("nobody knows whom to ask");
+        }
         if Self::is_known_to_all(&question) {
             return Route::Answered(Answerer::<Hall>::answer(&Geometry, question));
         }
@@ -146,6 +150,8 @@ fn a_holder_that_cannot_answer_ends_the_run() {
     };
     let error = run(Fault::Panics).unwrap_err().to_string();
     assert!(error.contains("holder 1 is ill"), "{error}");
+    let error = run(Fault::PanicsAsAsked).unwrap_err().to_string();
+    assert!(error.contains("whom to ask"), "{error}");
     let failed = run(Fault::Fails).unwrap_err();
     assert!(matches!(failed, RunError::Malformed { n_bytes: 3, .. }));
 }

@@ -39,7 +39,7 @@ fn probe(p: Vec3, dir: Vec3, rays: &RayTracer<'_, false>) -> MediumStack {
         ..Ray::new(p, dir)
     };
     while outward.len() < MAX_CROSSINGS {
-        let (hit, met) = rays.answer_to(Question::Closest { ray, key: 0 }).hit();
+        let (hit, carried) = rays.answer_to(Question::Closest { ray, key: 0 }).hit();
         let Some(hit) = hit else { break };
         let view = View {
             uv: Vec2::new(hit.u, hit.v),
@@ -49,9 +49,9 @@ fn probe(p: Vec3, dir: Vec3, rays: &RayTracer<'_, false>) -> MediumStack {
             footprint: 0.0,
         };
         let at = geometry.locate(&hit);
-        let interaction = match met.as_deref() {
+        let interaction = match carried.as_deref() {
             None => geometry.interaction(at, &view, textures),
-            Some(met) => geometry.interaction_of_carried(at, &met.carried, &view, textures),
+            Some(carried) => geometry.interaction_of_carried(at, carried, &view, textures),
         };
         outward.push((interaction.at, interaction.surface.ng.dot(dir) < 0.0));
         ray = interaction.spawn_ray(dir, f32::INFINITY, Visibility::CAMERA);

@@ -48,6 +48,8 @@ pub(crate) struct PathIntegrator<
     pub camera_cone: RayCone,
     /// What the scene uses; the rest is skipped.
     pub needs: SceneNeeds,
+    /// Whether those who are asked bring tiles of textures.
+    pub asks_for_tiles: bool,
     /// The media that the camera is in.
     pub camera_media: M,
     /// What paths know beforehand of the light that they look for.
@@ -89,6 +91,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PathIntegrator<'a, C
             max_depth: self.max_depth,
             camera_cone: self.camera_cone,
             needs: self.needs,
+            asks_for_tiles: self.asks_for_tiles,
             camera_media: self.camera_media,
             guide,
             merge,
@@ -144,8 +147,8 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             let mut out = PathSample::new();
             let mut depth = 0;
             while let Some(asked) = &mut next {
-                let (hit, met) = asked.await.hit();
-                let carried = met.as_deref().map(|met| &met.carried);
+                let (hit, carried) = asked.await.hit();
+                let carried = carried.as_deref();
                 next = None;
                 let hit = self.meet(&mut out, &path, depth, hit, counts);
                 let Some(hit) = hit else { break };
@@ -154,7 +157,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                     next = Some(cx.ask(Question::closest::<CUTOUTS>(&ray, &sampler, depth)));
                     continue;
                 }
-                if C::WAITS && self.needs.textures {
+                if C::WAITS && self.asks_for_tiles {
                     let absent = self.absent_tiles(&path, (&hit, carried));
                     if !absent.is_empty() {
                         // In a box, as room for it would be in the state of every path.

@@ -7,6 +7,7 @@ use kilauea_texture::TileId;
 
 use crate::geometry::Carried;
 use crate::sampler::Sampler;
+use crate::set::Parcel;
 
 /// Most are about a ray, whose `key` decides at surfaces that let some rays pass; 0 where there are
 /// none.
@@ -29,7 +30,7 @@ pub(crate) enum Question {
 pub(crate) enum Answer {
     Closest(Option<Hit>),
     /// The closest hit is on a primitive that lies elsewhere.
-    Met(Box<Met>),
+    Met(Met),
     Occluded(bool),
     /// Its texels, where those who answer have a memory of their own.
     Tile(Option<Box<[u8]>>),
@@ -39,7 +40,7 @@ pub(crate) enum Answer {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Met {
     pub(crate) hit: Hit,
-    pub(crate) carried: Carried,
+    pub(crate) parcel: Parcel,
 }
 
 impl Question {
@@ -83,10 +84,10 @@ impl Answer {
     /// # Panics
     /// If another question was answered.
     #[inline]
-    pub(crate) fn hit(self) -> (Option<Hit>, Option<Box<Met>>) {
+    pub(crate) fn hit(self) -> (Option<Hit>, Option<Box<Carried>>) {
         match self {
             Self::Closest(hit) => (hit, None),
-            Self::Met(met) => (Some(met.hit), Some(met)),
+            Self::Met(met) => (Some(met.hit), Some(met.parcel.open())),
             other => panic!("asked for a hit, told of {other:?}"),
         }
     }
@@ -185,7 +186,7 @@ impl Wire for Answer {
             Self::Met(met) => {
                 MET.encode(bytes);
                 encode_hit(&met.hit, bytes);
-                met.carried.encode(bytes);
+                met.parcel.encode(bytes);
             }
             Self::Occluded(is_occluded) => {
                 OCCLUDED.encode(bytes);
@@ -202,10 +203,10 @@ impl Wire for Answer {
         match u8::decode(bytes)? {
             CLOSEST if bool::decode(bytes)? => Ok(Self::Closest(Some(decode_hit(bytes)?))),
             CLOSEST => Ok(Self::Closest(None)),
-            MET => Ok(Self::Met(Box::new(Met {
+            MET => Ok(Self::Met(Met {
                 hit: decode_hit(bytes)?,
-                carried: Carried::decode(bytes)?,
-            }))),
+                parcel: Parcel::Open(Box::new(Carried::decode(bytes)?)),
+            })),
             OCCLUDED => Ok(Self::Occluded(bool::decode(bytes)?)),
             TILE => Ok(Self::Tile(Wire::decode(bytes)?)),
             other => Err(WireError::Variant(other)),

@@ -137,10 +137,10 @@ impl<const CUTOUTS: bool, M: Media> Follow for ImportonTracer<'_, CUTOUTS, M> {
         while path.depth < self.request.max_depth && path.n_rough < self.request.max_rough {
             let ray = &path.traveller.ray;
             let question = Question::closest::<CUTOUTS>(ray, &sampler, path.depth);
-            let (hit, met) = cx.ask(question).await.hit();
+            let (hit, carried) = cx.ask(question).await.hit();
             let Some(hit) = hit else { break };
             let footprint = self.width(path.travelled + hit.t);
-            let hit = (hit, met.as_deref().map(|met| &met.carried));
+            let hit = (hit, carried.as_deref());
             let vertex = self.surfaces.meet(&mut path.traveller, hit, footprint);
             let Some(vertex) = vertex else { continue };
             path.travelled += vertex.distance;

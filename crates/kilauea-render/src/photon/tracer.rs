@@ -78,12 +78,12 @@ impl<const CUTOUTS: bool, M: Media> Follow for PhotonTracer<'_, CUTOUTS, M> {
             left.counts.rays += 1;
             let ray = &path.traveller.ray;
             let question = Question::closest::<CUTOUTS>(ray, &sampler, path.depth);
-            let (hit, met) = cx.ask(question).await.hit();
+            let (hit, carried) = cx.ask(question).await.hit();
             let Some(hit) = hit else {
                 left.counts.invalid_rays += u64::from(!path.traveller.ray.is_valid());
                 break;
             };
-            let hit = (hit, met.as_deref().map(|met| &met.carried));
+            let hit = (hit, carried.as_deref());
             let vertex = self.surfaces.meet(&mut path.traveller, hit, self.footprint);
             let Some(vertex) = vertex else { continue };
             match self.meeting(&path, &vertex) {

@@ -48,11 +48,6 @@ impl Whom {
         self == Self::NOBODY
     }
 
-    /// With another member, if there is one.
-    pub(super) fn with(self, number: Option<usize>) -> Self {
-        Self(self.0 | number.map_or(0, |number| 1 << number))
-    }
-
     pub(super) fn without(self, number: Option<usize>) -> Self {
         Self(self.0 & !number.map_or(0, |number| 1 << number))
     }

@@ -34,6 +34,33 @@ impl Wire for Carried {
     }
 }
 
+/// Moves `bytes` behind a carried primitive, which is checked as if it were read.
+pub(super) fn skip_carried(bytes: &mut &[u8]) -> Result<(), WireError> {
+    let n_words = match u8::decode(bytes)? {
+        FACETED => 9,
+        SMOOTH => 18,
+        BALL => 4,
+        SEGMENT => {
+            let flags = decode_segment_flags(bytes)?;
+            let is_oriented = flags & SEGMENT_IS_ORIENTED != 0;
+            basis_of(flags).n_points() * if is_oriented { 7 } else { 4 }
+        }
+        other => return Err(WireError::Variant(other)),
+    };
+    skip_words(n_words, bytes)?;
+    for _ in 0..u16::decode(bytes)? {
+        let (width, _, n_values) = decode_head(bytes)?;
+        skip_words(n_values * usize::from(width), bytes)?;
+    }
+    Ok(())
+}
+
+fn skip_words(n: usize, bytes: &mut &[u8]) -> Result<(), WireError> {
+    let (_, rest) = bytes.split_at_checked(4 * n).ok_or(WireError::Short)?;
+    *bytes = rest;
+    Ok(())
+}
+
 fn encode_shape(shape: &Shape, bytes: &mut Vec<u8>) {
     match shape {
         Shape::Triangle(Triangle { corners, normals }) => {
@@ -76,14 +103,8 @@ fn decode_shape(bytes: &mut &[u8]) -> Result<Shape, WireError> {
             Ok(Shape::Ball(Ball { center, radius }))
         }
         SEGMENT => {
-            let flags = u8::decode(bytes)?;
-            if flags > (SEGMENT_IS_BEZIER | SEGMENT_IS_RIBBON | SEGMENT_IS_ORIENTED) {
-                return Err(WireError::Variant(flags));
-            }
-            let basis = match flags & SEGMENT_IS_BEZIER {
-                0 => CurveBasis::Linear,
-                _ => CurveBasis::Bezier,
-            };
+            let flags = decode_segment_flags(bytes)?;
+            let basis = basis_of(flags);
             let n = basis.n_points();
             let controls = decode_points(n, bytes)?;
             let mut radii = [0.0; 4];
@@ -104,6 +125,21 @@ fn decode_shape(bytes: &mut &[u8]) -> Result<Shape, WireError> {
             }))
         }
         other => Err(WireError::Variant(other)),
+    }
+}
+
+fn decode_segment_flags(bytes: &mut &[u8]) -> Result<u8, WireError> {
+    let flags = u8::decode(bytes)?;
+    if flags > (SEGMENT_IS_BEZIER | SEGMENT_IS_RIBBON | SEGMENT_IS_ORIENTED) {
+        return Err(WireError::Variant(flags));
+    }
+    Ok(flags)
+}
+
+fn basis_of(segment_flags: u8) -> CurveBasis {
+    match segment_flags & SEGMENT_IS_BEZIER {
+        0 => CurveBasis::Linear,
+        _ => CurveBasis::Bezier,
     }
 }
 
@@ -140,6 +176,18 @@ fn encode_attribute(attribute: &Attribute, bytes: &mut Vec<u8>) {
 }
 
 fn decode_attribute(bytes: &mut &[u8]) -> Result<Attribute, WireError> {
+    let (width, interpolation, n_values) = decode_head(bytes)?;
+    let data = (0..n_values * usize::from(width)).map(|_| f32::decode(bytes));
+    Ok(Attribute {
+        name: String::new(),
+        width,
+        interpolation,
+        data: data.collect::<Result<_, _>>()?,
+    })
+}
+
+/// An attribute's width, interpolation and number of values.
+fn decode_head(bytes: &mut &[u8]) -> Result<(u8, Interpolation, usize), WireError> {
     let head = u8::decode(bytes)?;
     let width = (head & 3) + 1;
     let n_values = usize::from(head >> 4);
@@ -150,18 +198,13 @@ fn decode_attribute(bytes: &mut &[u8]) -> Result<Attribute, WireError> {
         2 => Interpolation::Vertex,
         _ => return Err(WireError::Variant(head)),
     };
-    let data = (0..n_values * usize::from(width)).map(|_| f32::decode(bytes));
-    Ok(Attribute {
-        name: String::new(),
-        width,
-        interpolation,
-        data: data.collect::<Result<_, _>>()?,
-    })
+    Ok((width, interpolation, n_values))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kilauea_math::hash::combine;
 
     fn attribute(interpolation: Interpolation, width: u8, n: usize) -> Attribute {
         Attribute {
@@ -230,10 +273,36 @@ mod tests {
             let mut rest = bytes.as_slice();
             assert_eq!(Carried::decode(&mut rest), Ok(carried));
             assert!(rest.is_empty());
+            let mut rest = bytes.as_slice();
+            assert_eq!(skip_carried(&mut rest), Ok(()));
+            assert!(rest.is_empty());
             for end in 0..bytes.len() {
                 assert_eq!(Carried::decode(&mut &bytes[..end]), Err(WireError::Short));
+                assert_eq!(skip_carried(&mut &bytes[..end]), Err(WireError::Short));
             }
         }
+    }
+
+    /// Whatever is passed over can be read.
+    #[test]
+    fn skipping_is_reading() {
+        let mut n_read = 0;
+        for seed in 0..100_000 {
+            let random = |i| combine(seed, i) as u8;
+            // Few attributes, or none could be read to its end.
+            let kind = random(0) % 5;
+            let bytes: Vec<u8> = std::iter::once(kind)
+                .chain((1..200).map(|i| random(i) & if i % 3 == 0 { 7 } else { 0x27 }))
+                .collect();
+            let (mut read, mut skipped) = (bytes.as_slice(), bytes.as_slice());
+            let carried = Carried::decode(&mut read).map(drop);
+            assert_eq!(skip_carried(&mut skipped), carried);
+            if carried.is_ok() {
+                assert_eq!(skipped, read);
+                n_read += 1;
+            }
+        }
+        assert!(n_read > 100, "{n_read}");
     }
 
     #[test]

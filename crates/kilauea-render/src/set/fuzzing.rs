@@ -15,7 +15,7 @@ pub fn read_answers(questions: &[u8], bytes: &[u8]) -> Result<(), String> {
     let asked = unpack(questions).map_err(|error| error.to_string())?;
     let asked = decode_questions(&asked).map_err(|error| error.to_string())?;
     let body = unpack(bytes).map_err(|error| error.to_string())?;
-    let answers = decode_answers(&asked, &body).map_err(|error| error.to_string())?;
+    let answers = decode_answers(&asked, body.into_owned()).map_err(|error| error.to_string())?;
     drop(answers);
     Ok(())
 }

@@ -4,6 +4,7 @@ use kilauea_scene::Scene;
 use kilauea_texture::TextureStore;
 
 use super::MemberBytes;
+use super::parcel::Parcel;
 use super::partners::Remote;
 use crate::geometry::Geometry;
 use crate::integrator::{Answer, Blame, Met, Question, RayTracer};
@@ -63,7 +64,10 @@ impl<const CUTOUTS: bool> RayTracer<'_, CUTOUTS> {
             (Answer::Closest(Some(hit)), Question::Closest { ray, .. }) => {
                 let at = self.geometry.locate(&hit);
                 let carried = self.geometry.carry(at, ray.time);
-                Answer::Met(Box::new(Met { hit, carried }))
+                Answer::Met(Met {
+                    hit,
+                    parcel: Parcel::Open(Box::new(carried)),
+                })
             }
             (answer, _) => answer,
         }

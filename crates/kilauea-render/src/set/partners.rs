@@ -44,14 +44,14 @@ pub(super) struct Asked {
 impl Remote {
     /// Asks a batch.
     pub(super) fn ask(&self, questions: &[Question]) -> Result<Asked, RunError> {
-        let batch = pack(&encode_questions(questions, self.packing), self.packing);
+        let batch = pack(encode_questions(questions, self.packing), self.packing);
         let n_bytes_sent = batch.len();
         let reply = self.partners.ask(self.number, batch);
         let reply = reply.map_err(|error| RunError::Unanswered {
             part: self.number,
             reason: error.to_string(),
         })?;
-        let answers = unpack(&reply).and_then(|body| decode_answers(questions, &body));
+        let answers = unpack(&reply).and_then(|body| decode_answers(questions, body.into_owned()));
         Ok(Asked {
             answers: answers.map_err(|source| malformed(&reply, source))?,
             n_bytes: [n_bytes_sent, reply.len()],

@@ -54,9 +54,9 @@ impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
         let Some(packing) = self.as_bytes else {
             return Ok((questions.into_iter().map(answer).collect(), [0; 2]));
         };
-        let request = pack(&encode_questions(&questions, packing), packing);
+        let request = pack(encode_questions(&questions, packing), packing);
         let reply = answer_bytes(&request, packing, answer).map_err(|e| malformed(&request, e))?;
-        let answers = unpack(&reply).and_then(|body| decode_answers(&questions, &body));
+        let answers = unpack(&reply).and_then(|body| decode_answers(&questions, body.into_owned()));
         let answers = answers.map_err(|source| malformed(&reply, source))?;
         Ok((answers, [request.len(), reply.len()]))
     }
@@ -96,8 +96,7 @@ where
             question,
             whom,
         } = self.asker.begin::<CUTOUTS>(question, self.blame);
-        let asked = whom.with(self.asker.set.own);
-        self.traffic.count_asked(kind, asked);
+        self.traffic.count_ray(kind);
         if known.as_ref().is_some_and(Answer::is_met) {
             self.traffic.count_met(kind, 1);
         }
@@ -138,6 +137,7 @@ where
             return Ok(Vec::new());
         };
         let kind = first.ray_kind();
+        self.traffic.count_asked(kind, part, questions.len());
         let (answers, n_bytes) = self.ask(&self.asker.set.members[part], questions)?;
         self.traffic.count_bytes(kind, n_bytes);
         let n_met = answers.iter().filter(|answer| answer.is_met()).count();
@@ -157,7 +157,7 @@ pub(super) fn answer_bytes(
     for answer in questions.into_iter().map(answer) {
         replies.add(&answer);
     }
-    Ok(pack(&replies.encode(packing), packing))
+    Ok(pack(replies.encode(packing), packing))
 }
 
 pub(super) fn malformed(bytes: &[u8], source: WireError) -> RunError {

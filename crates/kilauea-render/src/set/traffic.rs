@@ -9,7 +9,6 @@ use kilauea_math::hash::combine;
 use serde::{Deserialize, Serialize};
 
 use super::MemberBytes;
-use super::ask::Whom;
 use crate::prepared::PreparedScene;
 
 /// What a ray is for. Rays of one kind travel together.
@@ -35,7 +34,7 @@ impl RayKind {
 /// Counters, by kind of ray and by member.
 pub(crate) struct Traffic {
     kinds: [KindCounters; 3],
-    /// As many as members.
+    /// By member, without who asks.
     asked: Vec<AtomicU64>,
     /// One ray in so many is sampled; none if zero.
     sample_one_in: u32,
@@ -57,6 +56,7 @@ pub struct RaySample {
     pub boxes: Vec<u32>,
 }
 
+/// Who asks is asked every ray, if it is a member, and is counted at the end.
 #[derive(Default)]
 struct KindCounters {
     rays: AtomicU64,
@@ -122,13 +122,14 @@ impl Traffic {
         }
     }
 
-    pub(super) fn count_asked(&self, kind: RayKind, whom: Whom) {
-        let counters = &self.kinds[kind as usize];
-        add(&counters.rays, 1);
-        add(&counters.asked, whom.0.count_ones().into());
-        for number in whom.numbers() {
-            add(&self.asked[number], 1);
-        }
+    pub(super) fn count_ray(&self, kind: RayKind) {
+        add(&self.kinds[kind as usize].rays, 1);
+    }
+
+    /// Notes rays that another member is asked.
+    pub(super) fn count_asked(&self, kind: RayKind, member: usize, n_rays: usize) {
+        add(&self.kinds[kind as usize].asked, n_rays as u64);
+        add(&self.asked[member], n_rays as u64);
     }
 
     /// Whether a ray is one of the sample: decided by its direction, as rays come in any order.
@@ -167,24 +168,28 @@ impl Traffic {
         let samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
         let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         let kinds = RayKind::ALL.into_iter().zip(&self.kinds);
+        let rays = |counters: &KindCounters| get(&counters.rays);
+        let asked_here = |n_rays: u64| if set.own.is_some() { n_rays } else { 0 };
+        let all_here: u64 = self.kinds.iter().map(rays).map(asked_here).sum();
+        let asked_of = |member: usize| if set.own == Some(member) { all_here } else { 0 };
         Some(SetStats {
             batches: get(&self.batches),
             seconds_under_way: get(&self.micros_under_way) as f64 / 1e6,
             rays: kinds
                 .map(|(kind, counters)| RayTraffic {
                     kind: kind.name().to_owned(),
-                    rays: get(&counters.rays),
-                    asked: get(&counters.asked),
+                    rays: rays(counters),
+                    asked: get(&counters.asked) + asked_here(rays(counters)),
                     met: get(&counters.met),
                     bytes_to_members: get(&counters.bytes_to_members),
                     bytes_from_members: get(&counters.bytes_from_members),
                 })
                 .collect(),
             members: (prepared.member_bytes().into_iter())
-                .zip(&self.asked)
-                .map(|(bytes, asked)| MemberStats {
+                .zip(self.asked.iter().enumerate())
+                .map(|(bytes, (member, asked))| MemberStats {
                     bytes,
-                    asked: get(asked),
+                    asked: get(asked) + asked_of(member),
                 })
                 .collect(),
             box_bytes: if samples.is_empty() {

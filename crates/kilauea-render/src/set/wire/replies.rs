@@ -4,13 +4,15 @@
 //! parameters, primitive and placement (a word each), then the primitives one after the other. Of
 //! what was not there is nothing more, nor of what is occluded.
 
+use std::sync::Arc;
+
 use kilauea_accel::Hit;
-use kilauea_spot::{Wire, WireError};
+use kilauea_spot::WireError;
 
 use super::Packing;
 use super::columns::Columns;
-use crate::geometry::Carried;
 use crate::integrator::{Answer, Met, Question};
+use crate::set::parcel::{Parcel, Sealed};
 
 /// The answers to a batch, written as they are found.
 #[derive(Default)]
@@ -26,7 +28,7 @@ impl Replies {
         self.is_met.push(answer.is_met());
         if let Answer::Met(met) = answer {
             self.hits.push(met.hit);
-            met.carried.encode(&mut self.carried);
+            met.parcel.encode(&mut self.carried);
         }
     }
 
@@ -51,13 +53,14 @@ impl Replies {
     }
 }
 
-/// Reads the answers to `questions`. Never panics, and takes no more memory than there are questions
-/// and bytes for.
+/// Reads the answers to `questions`, but for the primitives, which are checked and stay where they are.
+/// Never panics, and takes no more memory than there are questions and bytes for.
 pub(crate) fn decode_answers(
     questions: &[Question],
-    mut bytes: &[u8],
+    answers: Vec<u8>,
 ) -> Result<Vec<Answer>, WireError> {
-    let bytes = &mut bytes;
+    let all = Arc::new(answers);
+    let bytes = &mut all.as_slice();
     let is_met = Columns::of(questions.len()).take_bits(bytes)?;
     let is_closest = |q: &Question| matches!(q, Question::Closest { .. });
     let asked = questions.iter().zip(&is_met);
@@ -70,6 +73,7 @@ pub(crate) fn decode_answers(
         *column = columns.take_words(bytes)?;
     }
     let mut next = 0;
+    let mut begin = all.len() - bytes.len();
     let answers = questions.iter().zip(is_met).map(|(question, is_met)| {
         if !is_closest(question) {
             return Ok(Answer::Occluded(is_met));
@@ -86,13 +90,15 @@ pub(crate) fn decode_answers(
             primitive,
             instance,
         };
-        let carried = Carried::decode(bytes)?;
-        Ok(Answer::Met(Box::new(Met { hit, carried })))
+        let (sealed, end) = Sealed::at(&all, begin)?;
+        begin = end;
+        let parcel = Parcel::Sealed(sealed);
+        Ok(Answer::Met(Met { hit, parcel }))
     });
     let answers = answers.collect::<Result<_, WireError>>()?;
-    if bytes.is_empty() {
+    if begin == all.len() {
         Ok(answers)
     } else {
-        Err(WireError::Long(bytes.len()))
+        Err(WireError::Long(all.len() - begin))
     }
 }

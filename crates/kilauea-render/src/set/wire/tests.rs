@@ -7,6 +7,7 @@ use kilauea_spot::WireError;
 use super::*;
 use crate::geometry::{Ball, Carried, Shape, Triangle};
 use crate::integrator::{Answer, Met, Question};
+use crate::set::Parcel;
 
 /// Number `i` of a batch of shadow rays from one point, or of closest hits from different ones.
 fn question(i: u32, is_shadow: bool) -> Question {
@@ -58,7 +59,7 @@ fn met(i: u32) -> Answer {
         interpolation: Interpolation::Vertex,
         data: vec![0.25; 6],
     };
-    Answer::Met(Box::new(Met {
+    Answer::Met(Met {
         hit: Hit {
             t: 1.5 + i as f32,
             u: 0.25,
@@ -66,11 +67,11 @@ fn met(i: u32) -> Answer {
             primitive: i,
             instance: 7,
         },
-        carried: Carried {
+        parcel: Parcel::Open(Box::new(Carried {
             shape,
             attributes: vec![st; (i % 3) as usize],
-        },
-    }))
+        })),
+    })
 }
 
 /// Answers of all kinds to a batch.
@@ -106,8 +107,14 @@ fn batches_survive() {
                 let bytes = encode_questions(&questions, packing);
                 assert_eq!(decode_questions(&bytes).as_ref(), Ok(&questions));
                 let reply = encode_answers(&answers, packing);
-                assert_eq!(decode_answers(&questions, &reply).as_ref(), Ok(&answers));
-                assert_eq!(unpack(&pack(&reply, packing)).as_ref(), Ok(&reply));
+                assert_eq!(
+                    decode_answers(&questions, reply.clone()).as_ref(),
+                    Ok(&answers)
+                );
+                assert_eq!(
+                    unpack(&pack(reply.clone(), packing)).as_deref(),
+                    Ok(&reply[..])
+                );
             }
         }
     }
@@ -208,12 +215,15 @@ fn bad_bytes_do_no_harm() {
     let questions = batch(40, |i| i.is_multiple_of(3));
     let request = encode_questions(&questions, Packing::Plain);
     let reply = encode_answers(&answers(&questions), Packing::Lz4);
-    let packed = pack(&reply, Packing::Lz4);
+    let packed = pack(reply.clone(), Packing::Lz4);
     for end in 0..request.len() {
         assert!(decode_questions(&request[..end]).is_err(), "{end}");
     }
     for end in 0..reply.len() {
-        assert!(decode_answers(&questions, &reply[..end]).is_err(), "{end}");
+        assert!(
+            decode_answers(&questions, reply[..end].to_vec()).is_err(),
+            "{end}"
+        );
     }
     let mut n_refused = 0;
     for seed in 0..20_000 {
@@ -227,9 +237,9 @@ fn bad_bytes_do_no_harm() {
             bytes
         };
         n_refused += usize::from(decode_questions(&damage(&request)).is_err());
-        n_refused += usize::from(decode_answers(&questions, &damage(&reply)).is_err());
+        n_refused += usize::from(decode_answers(&questions, damage(&reply)).is_err());
         if let Ok(body) = unpack(&damage(&packed)) {
-            n_refused += usize::from(decode_answers(&questions, &body).is_err());
+            n_refused += usize::from(decode_answers(&questions, body.into_owned()).is_err());
         }
     }
     assert!(n_refused > 1000, "{n_refused}");
