@@ -11,7 +11,7 @@ from kilauea.benchmarks.summary import BASELINE, CLOCKS
 Report = dict[str, Any]
 
 SHOWN = ("kilauea", "path")
-"""Engines whose ratios make the headline; the first that a stage has. The default integrator is first."""
+"""Engines whose ratios make the headline: the first that a stage has. The default is first."""
 AGAINST = {"agreed": "an image that two engines agree on", "own": "each engine's own image"}
 _CLOCK_NAMES = {
     "seconds": "whole command",
