@@ -345,8 +345,7 @@ impl Console {
         self.dismiss();
         self.reports.sort_by_key(|(holder, _)| holder.rank);
         let render_secs = self.now().as_secs_f64();
-        let first = self.reports.first().map(|(_, stats)| stats.clone());
-        let mut report = first.unwrap_or_default();
+        let mut report = fullest(&self.reports).cloned().unwrap_or_default();
         merge_members(&self.reports, &mut report);
         let mut workers = self.lost;
         workers.extend(self.peers.into_values().map(|peer| peer.stats));
@@ -390,4 +389,16 @@ fn of_workers(
         },
         ..settings.clone()
     }
+}
+
+/// The report of a worker that has been through all that comes before units, the first of them: for
+/// one that came late the frame may have been over before. All have traced the same then, and rays of
+/// units are in no report.
+fn fullest(reports: &[(Holder, RenderStats)]) -> Option<&RenderStats> {
+    let n_rays = |stats: &&RenderStats| {
+        let rays = &stats.rays;
+        rays.photon + rays.camera + rays.shadow + rays.indirect
+    };
+    let last_first = reports.iter().rev().map(|(_, stats)| stats);
+    last_first.max_by_key(n_rays)
 }

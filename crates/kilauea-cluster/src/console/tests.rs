@@ -223,3 +223,17 @@ impl Console {
         }
     }
 }
+
+#[test]
+fn of_reports_the_first_that_knows_all_is_taken() {
+    let report = |rank, photon, full_passes| {
+        let mut stats = RenderStats::default();
+        (stats.rays.photon, stats.full_passes) = (photon, full_passes);
+        (Holder { rank, epoch: rank }, stats)
+    };
+    // The first was still following photons when the frame was over.
+    let reports = [report(0, 5, 10), report(1, 9, 11), report(2, 9, 12)];
+    let taken = fullest(&reports).map(|stats| stats.full_passes);
+    assert_eq!(taken, Some(11));
+    assert!(fullest(&[]).is_none());
+}
