@@ -29,7 +29,7 @@ fn parallel() -> Light {
 
 fn settings() -> RenderSettings {
     RenderSettings {
-        // That of `kilauea` that is not `path` is no part of the scene.
+        // What `kilauea` learns is no skip: without it the image is another, as good one.
         integrator: Integrator::Path,
         resolution: [24, 16],
         samples_per_pixel: 4,

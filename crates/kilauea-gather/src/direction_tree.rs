@@ -124,7 +124,7 @@ impl DirectionTree {
 
 /// Chooses the first of two with a probability, and stretches `u` over the choice.
 #[inline]
-fn split(u: &mut f32, first: f32) -> usize {
+pub(crate) fn split(u: &mut f32, first: f32) -> usize {
     let second = usize::from(*u >= first);
     *u = if second == 0 {
         *u / first

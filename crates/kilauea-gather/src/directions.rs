@@ -1,6 +1,6 @@
 use kilauea_math::{Vec2, Vec3};
 
-use crate::direction_tree::DirectionTree;
+use crate::direction_tree::{DirectionTree, split};
 
 /// Directions from one place: those that were found near it, and those of a larger region, which
 /// knows more of what is rare.
@@ -24,17 +24,10 @@ impl<'a> Directions<'a> {
 
     /// Draws a direction; `u` is uniform in [0, 1)².
     #[inline]
-    pub fn sample(&self, u: Vec2) -> Vec3 {
-        let Some(near) = self.near else {
-            return self.around.sample(u);
-        };
-        let below_one = |x: f32| x.min(1.0 - 0.5 * f32::EPSILON);
-        if u.x < AROUND_SHARE {
-            let x = below_one(u.x / AROUND_SHARE);
-            self.around.sample(Vec2::new(x, u.y))
-        } else {
-            let x = below_one((u.x - AROUND_SHARE) / (1.0 - AROUND_SHARE));
-            near.sample(Vec2::new(x, u.y))
+    pub fn sample(&self, mut u: Vec2) -> Vec3 {
+        match self.near {
+            Some(near) if split(&mut u.x, AROUND_SHARE) == 1 => near.sample(u),
+            _ => self.around.sample(u),
         }
     }
 

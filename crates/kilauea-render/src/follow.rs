@@ -44,16 +44,6 @@ impl Workforce {
     }
 }
 
-/// Follows the paths with the numbers from 0 to `n_paths`, as [`follow_some`] does.
-pub(crate) fn follow_all<F: Follow, const CUTOUTS: bool>(
-    follower: &F,
-    n_paths: u32,
-    answerer: &RayTracer<'_, CUTOUTS>,
-    workforce: Workforce,
-) -> Result<Vec<F::Left>, RunError> {
-    follow_some(follower, 0..n_paths, answerer, workforce)
-}
-
 /// Follows paths by their numbers. What they leave is in the order of those, some paths together.
 pub(crate) fn follow_some<F: Follow, const CUTOUTS: bool>(
     follower: &F,

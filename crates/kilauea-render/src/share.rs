@@ -72,14 +72,17 @@ pub trait PathShare: Send + Sync {
     fn collect(&self, pass: PathPass) -> Option<Vec<Vec<u8>>>;
 }
 
-/// Follows the paths that are to be followed here, and has what all of them left, as if all had been:
-/// `follow` follows some, and tells what they left in the order of their numbers, some together. Nothing
-/// where the frame is over, as nobody looks at it.
+/// Follows the paths that are to be followed here, all where none are shared out, and has what all of
+/// them left, as if all had been: `follow` follows some, and tells what they left in the order of their
+/// numbers, some together. Nothing where the frame is over, as nobody looks at it.
 pub(crate) fn follow_shared<L: Wire>(
-    share: &dyn PathShare,
+    share: Option<&dyn PathShare>,
     pass: PathPass,
     follow: impl Fn(Range<u32>) -> Result<Vec<L>, RunError>,
 ) -> Result<Vec<L>, RunError> {
+    let Some(share) = share else {
+        return follow(0..pass.n_paths);
+    };
     while let Some(paths) = share.take(pass) {
         let left = follow(paths.clone())?;
         let mut bytes = Vec::new();

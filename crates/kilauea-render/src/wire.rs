@@ -32,6 +32,16 @@ pub(crate) fn take_vec(bytes: &mut &[u8]) -> Result<Vec3, WireError> {
     Ok(Vec3::from_array(Wire::decode(bytes)?))
 }
 
+pub(crate) fn put_pixel(pixel: [i32; 2], bytes: &mut Vec<u8>) {
+    for coordinate in pixel {
+        coordinate.encode(bytes);
+    }
+}
+
+pub(crate) fn take_pixel(bytes: &mut &[u8]) -> Result<[i32; 2], WireError> {
+    Ok([i32::decode(bytes)?, i32::decode(bytes)?])
+}
+
 pub(crate) fn put_record(record: &GatherRecord, bytes: &mut Vec<u8>) {
     put_vec(record.p, bytes);
     put_vec(record.n, bytes);
@@ -42,9 +52,7 @@ pub(crate) fn put_record(record: &GatherRecord, bytes: &mut Vec<u8>) {
     } = record.arrival;
     put_vec(wi, bytes);
     [irradiance, pdf].encode(bytes);
-    for coordinate in record.pixel {
-        coordinate.encode(bytes);
-    }
+    put_pixel(record.pixel, bytes);
     record.brought.encode(bytes);
 }
 
@@ -57,7 +65,7 @@ pub(crate) fn take_record(bytes: &mut &[u8]) -> Result<GatherRecord, WireError> 
             irradiance: f32::decode(bytes)?,
             pdf: f32::decode(bytes)?,
         },
-        pixel: [i32::decode(bytes)?, i32::decode(bytes)?],
+        pixel: take_pixel(bytes)?,
         brought: f32::decode(bytes)?,
     })
 }

@@ -6,7 +6,9 @@ use kilauea_spot::{Wire, WireError};
 use super::training_pass::Trained;
 use super::trial::Tried;
 use crate::integrator::RayTally;
-use crate::wire::{put_list, put_record, put_vec, take_list, take_record, take_vec};
+use crate::wire::{
+    put_list, put_pixel, put_record, put_vec, take_list, take_pixel, take_record, take_vec,
+};
 
 impl Wire for Trained {
     fn encode(&self, bytes: &mut Vec<u8>) {
@@ -113,16 +115,6 @@ fn take_counts(bytes: &mut &[u8]) -> Result<RayTally, WireError> {
         invalid: u32::decode(bytes)?,
         in_too_many_media: u32::decode(bytes)?,
     })
-}
-
-fn put_pixel(pixel: [i32; 2], bytes: &mut Vec<u8>) {
-    for coordinate in pixel {
-        coordinate.encode(bytes);
-    }
-}
-
-fn take_pixel(bytes: &mut &[u8]) -> Result<[i32; 2], WireError> {
-    Ok([i32::decode(bytes)?, i32::decode(bytes)?])
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 use kilauea_gather::{ChoiceField, ChoiceRecords, GatherField, GatherRecord, PictureSample};
 use kilauea_spot::{RunError, Wire};
 
+use super::pixel_grid::PixelGrid;
 use super::training_pass::{TrainingGrid, TrainingPaths};
 use super::trial::{TrialGrid, TrialPaths, Tried};
 use crate::follow::{Follow, Workforce, follow_some};
@@ -73,13 +74,8 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
             sampler: self.sampler(Training { guide, notes }),
             grid: &grid,
         };
-        let pass = PathPass {
-            kind: PathKind::Training,
-            seed: grid.pixels.seed,
-            n_paths: grid.pixels.n_blocks,
-        };
         let mut samples = Vec::new();
-        for trained in self.follow(&paths, pass)? {
+        for trained in self.follow(&paths, PathKind::Training, &grid.pixels)? {
             self.frame.lock_outcome().counts.add(trained.counts);
             self.records.extend(trained.records);
             self.choices.append(&trained.choices);
@@ -100,13 +96,8 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
             told: sampler(Some(Guided::by_lights(field))),
             grid: &grid,
         };
-        let pass = PathPass {
-            kind: PathKind::Trial,
-            seed: grid.pixels.seed,
-            n_paths: grid.pixels.n_blocks,
-        };
         let mut all = Tried::default();
-        for tried in self.follow(&paths, pass)? {
+        for tried in self.follow(&paths, PathKind::Trial, &grid.pixels)? {
             self.frame.lock_outcome().counts.add(tried.counts);
             all.plain.extend(tried.plain);
             all.told.extend(tried.told);
@@ -118,14 +109,18 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
     fn follow<F: Follow<Left: Wire>>(
         &self,
         paths: &F,
-        pass: PathPass,
+        kind: PathKind,
+        pixels: &PixelGrid,
     ) -> Result<Vec<F::Left>, RunError> {
+        let pass = PathPass {
+            kind,
+            seed: pixels.seed,
+            n_paths: pixels.n_blocks,
+        };
         let workforce = Workforce::inline(self.frame.n_threads);
-        let follow = |blocks| follow_some(paths, blocks, self.tracer, workforce);
-        match self.frame.path_share() {
-            None => follow(0..pass.n_paths),
-            Some(share) => follow_shared(share, pass, follow),
-        }
+        follow_shared(self.frame.path_share(), pass, |blocks| {
+            follow_some(paths, blocks, self.tracer, workforce)
+        })
     }
 
     /// A field of all records.

@@ -9,7 +9,7 @@ use super::MIN_ROUGHNESS;
 use super::surfaces::{Surfaces, Traveller, Vertex};
 use crate::RenderError;
 use crate::camera::RayGenerator;
-use crate::follow::{Follow, Workforce, follow_all};
+use crate::follow::{Follow, Workforce, follow_some};
 use crate::integrator::{Air, Answer, Blame, Media, MediumStack, Question, RayTracer};
 use crate::prepared::PreparedScene;
 use crate::sampler::{PixelSequence, Purpose, Sampler, SamplerTables};
@@ -96,7 +96,7 @@ fn trace<const CUTOUTS: bool, M: Media>(
     };
     let answerer = RayTracer::<CUTOUTS>::of(prepared, &blame);
     let workforce = Workforce::inline(request.n_threads);
-    let left = follow_all(&tracer, n_blocks, &answerer, workforce)
+    let left = follow_some(&tracer, 0..n_blocks, &answerer, workforce)
         .map_err(|error| RenderError::of_run(error, &blame, geometry))?;
     Ok(left.concat())
 }

@@ -190,18 +190,13 @@ fn follow<const CUTOUTS: bool, M: Media>(
     let answerer = RayTracer::<CUTOUTS>::of(prepared, &blame);
     let workforce = Workforce { n_threads, shading };
     let follow = |paths| follow_some(&tracer, paths, &answerer, workforce).map(in_blocks);
-    let left = match share {
-        None => follow(0..n_emitted),
-        Some(share) => {
-            let pass = PathPass {
-                kind: kept.path_kind(),
-                seed,
-                n_paths: n_emitted,
-            };
-            follow_shared(share, pass, follow)
-        }
+    let pass = PathPass {
+        kind: kept.path_kind(),
+        seed,
+        n_paths: n_emitted,
     };
-    left.map_err(|error| RenderError::of_run(error, &blame, &prepared.geometry))
+    follow_shared(share, pass, follow)
+        .map_err(|error| RenderError::of_run(error, &blame, &prepared.geometry))
 }
 
 /// What paths left, in blocks of as many paths each, however they were followed: sums of floats are the
