@@ -52,6 +52,7 @@ fn row(
         },
         trace,
         is_full_broadcast: is_full,
+        saved_by_own: 0.0,
     };
     let asking = trace.asking(n_members, is_full);
     let by_law = law::rays_per_machine(&machine, &asking, &model.sizes);

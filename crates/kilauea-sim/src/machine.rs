@@ -11,6 +11,9 @@ pub struct Machine {
     pub shade_secs: f64,
     /// Seconds that each message costs who sends it, and who receives it.
     pub message_secs: f64,
+    /// Seconds that each ray that another is asked costs beside tracing it: half of them who asks, half
+    /// who answers.
+    pub question_secs: f64,
 }
 
 /// Bytes of messages.
@@ -45,6 +48,7 @@ impl Machine {
             nic_bytes_per_sec: 1e9 / 8.0 * gigabits,
             shade_secs: 0.0,
             message_secs: 0.0,
+            question_secs: 0.0,
         }
     }
 }

@@ -25,6 +25,9 @@ pub struct SetModel<'a> {
     pub trace: &'a RayTrace,
     /// Whether all are asked about each ray.
     pub is_full_broadcast: bool,
+    /// Who asks looks at its own part first. Of the questions to others, the share that this would save
+    /// if its part were all of the scene; of a part, it saves as large a part.
+    pub saved_by_own: f64,
 }
 
 /// What a set did while it was looked at.
@@ -257,14 +260,12 @@ impl<'a> Run<'a> {
             n_open: ray.whom.len() as u16,
             met_share: ray.met_share as f32,
         };
-        if ray.whom.is_empty() {
-            // It leaves the scene.
-            self.end(origin, slot);
-            self.shade(origin, 1);
-            return;
-        }
         for &member in &ray.whom {
             let member = usize::from(member);
+            if member != origin && self.is_saved() {
+                self.under_way[origin][slot as usize].n_open -= 1;
+                continue;
+            }
             let at = origin * self.n() + member;
             self.open[at].rays.push(slot);
             let n_rays = self.open[at].rays.len();
@@ -283,6 +284,17 @@ impl<'a> Run<'a> {
                 );
             }
         }
+        if self.under_way[origin][slot as usize].n_open == 0 {
+            // Nobody need be asked.
+            self.end(origin, slot);
+            self.shade(origin, 1);
+        }
+    }
+
+    /// Whether what somebody holds itself tells that another need not be asked.
+    fn is_saved(&mut self) -> bool {
+        let share = self.model.saved_by_own / self.n() as f64;
+        share > 0.0 && self.random.unit() < share
     }
 
     fn seal(&mut self, origin: usize, member: usize) {
@@ -313,7 +325,11 @@ impl<'a> Run<'a> {
         let bytes = self.bytes(&batch, is_reply);
         self.counts.bytes_sent[from] += bytes;
         let machine = &self.model.machines[from];
-        let made = self.processors[from].take(self.events.now, machine.message_secs);
+        let mut secs = machine.message_secs;
+        if !is_reply {
+            secs += 0.5 * machine.question_secs * batch.rays.len() as f64;
+        }
+        let made = self.processors[from].take(self.events.now, secs);
         let sent = self.senders[from].take(made, bytes / machine.nic_bytes_per_sec);
         let arrives = sent + 0.5 * self.model.batching.rtt_secs;
         self.events
@@ -331,6 +347,7 @@ impl<'a> Run<'a> {
         let mut secs = batch.rays.len() as f64 / machine.rays_per_sec;
         if batch.origin != member {
             secs += machine.message_secs;
+            secs += 0.5 * machine.question_secs * batch.rays.len() as f64;
         }
         let done = self.processors[member].take(self.events.now, secs);
         self.events.at(done, Event::Traced(batch));

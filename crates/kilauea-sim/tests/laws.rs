@@ -23,6 +23,7 @@ fn model(trace: &RayTrace, machine: Machine, n: usize, is_full_broadcast: bool) 
         batching: BATCHING,
         trace,
         is_full_broadcast,
+        saved_by_own: 0.0,
     }
 }
 
@@ -112,4 +113,40 @@ fn latency_is_hidden_by_rays_under_way() {
     );
     let many = with_pool(16 << 10);
     assert!(many > 20.0 * few, "{many} {few}");
+}
+
+/// Of m members, who asks holds 1/m of what could spare a question.
+#[test]
+fn looking_at_home_first_saves_questions() {
+    let trace = RayTrace::by_chance(4000, 640, 4, 0.4);
+    for n in [2, 5] {
+        let mut model = model(&trace, Machine::new(2.0, 100.0), n, true);
+        let traced_per_ray = |model: &SetModel<'_>| {
+            let outcome = model.run(0.1, 0.3);
+            outcome.traced.iter().sum::<u64>() as f64 / outcome.answered.iter().sum::<u64>() as f64
+        };
+        let others = n as f64 - 1.0;
+        assert!((traced_per_ray(&model) / n as f64 - 1.0).abs() < 0.02);
+        model.saved_by_own = 0.8;
+        let expected = 1.0 + others * (1.0 - 0.8 / n as f64);
+        let found = traced_per_ray(&model);
+        assert!((found / expected - 1.0).abs() < 0.02, "{n}: {found}");
+    }
+}
+
+/// Processors spend the time of questions beside that of tracing: here as much again for all that
+/// others are asked.
+#[test]
+fn questions_cost_both_sides() {
+    let trace = RayTrace::by_chance(4000, 640, 4, 0.4);
+    let rate = |question_secs| {
+        let machine = Machine {
+            question_secs,
+            ..Machine::new(2.0, 100.0)
+        };
+        model(&trace, machine, 2, true).run(0.1, 0.3).rays_per_sec()
+    };
+    // Each ray is traced twice, and is one question.
+    let ratio = rate(0.5e-6) / rate(0.0);
+    assert!((ratio / (2.0 / 3.0) - 1.0).abs() < 0.03, "{ratio}");
 }

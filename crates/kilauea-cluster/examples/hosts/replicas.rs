@@ -1,0 +1,66 @@
+//! Workers that hold the whole scene.
+
+use std::path::Path;
+
+use kilauea_cluster::{ClusterOptions, WorkerKind, scene_to_bytes};
+use kilauea_sim::{ReplicaLink, ReplicaModel};
+
+use crate::measured::{Outcome, Shot};
+use crate::namespaces::{CONSOLE, Hosts};
+use crate::{Asked, Row, bytes_per_sec};
+
+/// Connecting, then the challenge and the two hellos.
+const N_ROUND_TRIPS: f64 = 1.0;
+/// Megabytes a second of each host; 0 is as fast as can be.
+const NETWORKS: [f64; 3] = [0.0, 4.0, 1.0];
+
+pub(crate) fn rows(asked: &Asked) -> Outcome<Vec<Row>> {
+    let shot = Shot::ball_on_floor();
+    let mut hosts = Hosts::new(1, 0.0)?;
+    let measured = shot.measure(&options(1), asked.n_runs, &mut |ticket| {
+        hosts.start(0, &asked.worker, &ticket)
+    })?;
+    drop(hosts);
+    let mut rows = Vec::new();
+    for megabytes in NETWORKS {
+        for &n_hosts in &asked.n_hosts {
+            let link = ReplicaLink {
+                bytes_per_sec: bytes_per_sec(megabytes),
+                delay_secs: 0.0,
+            };
+            let model = ReplicaModel {
+                links: vec![link; n_hosts],
+                n_threads: 1,
+                cores: asked.n_cores as f64,
+                units: measured.units.clone(),
+                scene_bytes: scene_to_bytes(&shot.scene).len() as f64,
+                prepare_secs: measured.prepare_secs,
+                n_round_trips: N_ROUND_TRIPS,
+            };
+            let mut seconds = f64::INFINITY;
+            for _ in 0..asked.n_runs {
+                seconds = seconds.min(render(&shot, n_hosts, megabytes, &asked.worker)?);
+            }
+            rows.push(Row {
+                megabytes,
+                n_hosts,
+                seconds,
+                predicted: model.frame().seconds,
+            });
+        }
+    }
+    Ok(rows)
+}
+
+fn options(n_workers: usize) -> ClusterOptions {
+    ClusterOptions::new(n_workers as u32, WorkerKind::Elsewhere { host: CONSOLE })
+}
+
+fn render(shot: &Shot, n_hosts: usize, megabytes: f64, worker: &Path) -> Outcome<f64> {
+    let mut hosts = Hosts::new(n_hosts, 1e6 * megabytes)?;
+    let timed = shot.render(options(n_hosts), &mut |ticket| {
+        hosts.start(ticket.rank as usize, worker, &ticket)
+    })?;
+    hosts.wait()?;
+    Ok(timed.seconds)
+}

@@ -1,0 +1,153 @@
+//! Frames by the clock, and what they tell the simulator.
+#![allow(dead_code, reason = "each example uses a part")]
+
+use std::error::Error;
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use kilauea_cluster::protocol::{Expected, HEADER_BYTES, Header, Message, UnitDone};
+use kilauea_cluster::{ClusterJob, ClusterOptions, ClusterResult, Ticket};
+use kilauea_scene::{RenderSettings, Scene};
+use kilauea_sim::UnitCost;
+use kilauea_tests::{Stage, rect_light};
+
+pub(crate) type Outcome<T> = Result<T, Box<dyn Error>>;
+
+/// What is rendered.
+pub(crate) struct Shot {
+    pub(crate) scene: Scene,
+    pub(crate) settings: RenderSettings,
+}
+
+/// What a frame of one worker without a network tells.
+pub(crate) struct Measured {
+    pub(crate) units: Vec<UnitCost>,
+    pub(crate) prepare_secs: f64,
+}
+
+/// A frame, from its start to its last result.
+pub(crate) struct Timed {
+    pub(crate) seconds: f64,
+    pub(crate) result: ClusterResult,
+}
+
+impl Shot {
+    /// A ball on a floor: 64 tiles of 160 KB, which is what all layers take.
+    pub(crate) fn ball_on_floor() -> Self {
+        let mut stage = Stage::sphere_on_floor();
+        stage.lights.push(rect_light(0.5, 0.5, 2.0));
+        let settings = RenderSettings {
+            resolution: [256, 256],
+            samples_per_pixel: 2,
+            threads: 1,
+            ..Stage::settings()
+        };
+        Self {
+            scene: stage.scene(settings.resolution),
+            settings,
+        }
+    }
+
+    /// Renders with workers that `start` brings up.
+    pub(crate) fn render(
+        &self,
+        options: ClusterOptions,
+        start: &mut dyn FnMut(Ticket) -> Outcome<()>,
+    ) -> Outcome<Timed> {
+        let options = ClusterOptions {
+            tls: false,
+            dead_after: Duration::from_mins(5),
+            suspect_after: Duration::from_mins(5),
+            ..options
+        };
+        let job = ClusterJob::start(&self.scene, &self.settings, options)?;
+        let mut begun = None;
+        let mut seconds = 0.0;
+        while !job.wait(Duration::from_micros(500)) {
+            for ticket in job.take_tickets() {
+                begun = begun.or_else(|| Some(Instant::now()));
+                start(ticket)?;
+            }
+            let Some(begun) = begun else { continue };
+            if job.progress().0 < 1.0 {
+                seconds = begun.elapsed().as_secs_f64();
+            }
+        }
+        Ok(Timed {
+            seconds,
+            result: job.finish()?,
+        })
+    }
+
+    /// What units cost one worker, by the fastest of some frames. Seconds go to units by their rays.
+    pub(crate) fn measure(
+        &self,
+        options: &ClusterOptions,
+        n_runs: usize,
+        start: &mut dyn FnMut(Ticket) -> Outcome<()>,
+    ) -> Outcome<Measured> {
+        let path = std::env::temp_dir().join(format!("kilauea-measured-{}", std::process::id()));
+        let (mut best, mut rays_and_bytes) = (None::<Timed>, Vec::new());
+        for _ in 0..n_runs {
+            let journal = Some(path.clone());
+            let options = ClusterOptions {
+                journal,
+                ..options.clone()
+            };
+            let timed = self.render(options, start)?;
+            rays_and_bytes = read_journal(&path)?;
+            std::fs::remove_file(&path)?;
+            let is_best = |best: &Timed| working_secs(&timed) < working_secs(best);
+            if best.as_ref().is_none_or(is_best) {
+                best = Some(timed);
+            }
+        }
+        let best = best.ok_or("no runs")?;
+        let n_rays: f64 = rays_and_bytes.iter().map(|(rays, _)| rays).sum();
+        let secs_per_ray = working_secs(&best) / n_rays;
+        let unit = |&(rays, result_bytes): &(f64, f64)| UnitCost {
+            secs: rays * secs_per_ray,
+            result_bytes,
+        };
+        Ok(Measured {
+            units: rays_and_bytes.iter().map(unit).collect(),
+            prepare_secs: best.result.frame.stats.times.build,
+        })
+    }
+}
+
+/// From when a worker could render to its last result, by who took longest.
+pub(crate) fn working_secs(timed: &Timed) -> f64 {
+    let workers = timed.result.workers.iter();
+    workers
+        .map(|worker| worker.working_secs)
+        .fold(0.0, f64::max)
+}
+
+/// Rays and bytes of the units in a journal, which one worker has done in the order of their leases.
+fn read_journal(path: &Path) -> Outcome<Vec<(f64, f64)>> {
+    let mut file = File::open(path)?;
+    let mut units = Vec::new();
+    let mut head = [0; HEADER_BYTES];
+    let mut number = 0;
+    while file.read_exact(&mut head).is_ok() {
+        let expected = Expected {
+            session: None,
+            number,
+            max_body_bytes: u32::MAX,
+        };
+        let header = Header::parse(&head, &expected)?;
+        let mut body = vec![0; header.n_body_bytes()];
+        file.read_exact(&mut body)?;
+        let frame = header.with_body(body)?;
+        if number > 0 {
+            let (done, _) = UnitDone::read(&frame)?;
+            let n_bytes = HEADER_BYTES + frame.body.len();
+            units.push((done.tally.n_rays() as f64, n_bytes as f64));
+        }
+        number += 1;
+    }
+    Ok(units)
+}
