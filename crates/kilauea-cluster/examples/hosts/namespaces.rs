@@ -99,7 +99,8 @@ impl Drop for Hosts {
             drop(worker.wait());
         }
         for host in 0..self.n {
-            // Links end with the namespace. What was not made cannot be taken away.
+            // What was not made cannot be taken away. Links would end with their namespace, but later.
+            drop(ip(&format!("link del {}", name(host))));
             drop(ip(&format!("netns del {}", name(host))));
         }
         drop(ip(&format!("addr del {CONSOLE}/32 dev lo")));
