@@ -35,7 +35,7 @@ impl Hosts {
             was_forwarding,
             workers: Vec::new(),
         };
-        ip(&format!("addr add {CONSOLE}/32 dev lo"))?;
+        ip(&format!("addr replace {CONSOLE}/32 dev lo"))?;
         for host in 0..n {
             let name = name(host);
             ip(&format!("netns add {name}"))?;
