@@ -137,6 +137,8 @@ pub(crate) struct QuestionQueue<Q> {
 
 struct QueueState<Q> {
     batches: VecDeque<Batch<Q>>,
+    /// Those that wait here and those that were taken and are not answered.
+    n_unanswered: usize,
     is_closed: bool,
 }
 
@@ -145,6 +147,7 @@ impl<Q> QuestionQueue<Q> {
         Self {
             state: Mutex::new(QueueState {
                 batches: VecDeque::new(),
+                n_unanswered: 0,
                 is_closed: false,
             }),
             arrived: Condvar::new(),
@@ -152,7 +155,10 @@ impl<Q> QuestionQueue<Q> {
     }
 
     pub(crate) fn push(&self, batch: Batch<Q>) {
-        lock(&self.state).batches.push_back(batch);
+        let mut state = lock(&self.state);
+        state.batches.push_back(batch);
+        state.n_unanswered += 1;
+        drop(state);
         self.arrived.notify_one();
     }
 
@@ -168,6 +174,16 @@ impl<Q> QuestionQueue<Q> {
             }
             state = wait(&self.arrived, state, PATIENCE);
         }
+    }
+
+    /// Batches that were sent and not [answered](Self::answered).
+    pub(crate) fn n_unanswered(&self) -> usize {
+        lock(&self.state).n_unanswered
+    }
+
+    /// One that was taken is answered.
+    pub(crate) fn answered(&self) {
+        lock(&self.state).n_unanswered -= 1;
     }
 
     /// The next batch if there is one.

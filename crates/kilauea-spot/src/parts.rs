@@ -98,6 +98,10 @@ impl<P: Program, A: Parts<P>> Server<P> for Split<'_, A> {
     fn full_batch(&self) -> Option<usize> {
         Some(PART_BATCH)
     }
+
+    fn n_batches_out(&self, part: usize) -> usize {
+        self.parts.n_batches_out(part)
+    }
 }
 
 impl<A> Split<'_, A> {
@@ -109,6 +113,7 @@ impl<A> Split<'_, A> {
         while let Some(Batch { thread, questions }) = desk.next_batch_to(part) {
             let (tickets, questions): (Vec<_>, Vec<_>) = questions.into_iter().unzip();
             let asked = catch_unwind(AssertUnwindSafe(|| self.parts.answer(part, questions)));
+            desk.answered(part);
             match asked {
                 Ok(Ok(answers)) => desk.deliver(thread, tickets.into_iter().zip(answers).collect()),
                 Ok(Err(error)) => return desk.fail(error),

@@ -52,6 +52,11 @@ pub trait Server<P: Program>: Sync {
     fn full_batch(&self) -> Option<usize> {
         None
     }
+
+    /// Batches that a holder may be asked at once.
+    fn n_batches_out(&self, _part: usize) -> usize {
+        usize::MAX
+    }
 }
 
 /// Where a [`Server`] takes questions and leaves answers.
@@ -72,6 +77,12 @@ impl<'a, P: Program> Desk<'a, P> {
     /// Waits for questions to one holder of a part; `None` when the run is over.
     pub fn next_batch_to(&self, part: usize) -> Option<Batch<P::Question>> {
         self.exchange.questions[part].pop()
+    }
+
+    /// Notes that a batch to a holder of a part is answered. Before its answers are delivered: whoever
+    /// they wake may have held questions back for this.
+    pub(crate) fn answered(&self, part: usize) {
+        self.exchange.questions[part].answered();
     }
 
     /// Questions that are there already.

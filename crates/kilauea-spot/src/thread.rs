@@ -321,7 +321,9 @@ where
         full.is_none_or(|full| n_waiting < full * self.server.n_parts())
     }
 
-    /// Sends batches of at least so many questions, as the credit allows.
+    /// Sends batches of at least so many questions, as the credit allows. Those that are not full go to
+    /// holders who can be asked at once: elsewhere they would wait, and may as well grow until answers
+    /// to this thread come.
     fn send_batches(&mut self, least: usize) {
         let Self {
             lane,
@@ -329,9 +331,15 @@ where
             limits,
             batch_len,
             n_questions_out,
+            server,
             ..
         } = self;
         for line in lane.borrow_mut().departures.lines_of(least) {
+            let n_unanswered = || exchange.questions[line.part].n_unanswered();
+            let may_grow = line.questions.len() < *batch_len && *n_questions_out > 0;
+            if may_grow && n_unanswered() >= server.n_batches_out(line.part) {
+                continue;
+            }
             while line.questions.len() >= least.max(1) {
                 let credit = limits.questions_out - *n_questions_out;
                 let n = line.questions.len().min(*batch_len).min(credit);

@@ -2,6 +2,8 @@
 
 mod support;
 
+use std::sync::{Condvar, Mutex};
+
 use kilauea_spot::{Answerer, Engine, Parts, Route, RunError, Split, WireError};
 use support::hall::{Answer, Geometry, Hall, Node, Question, mix};
 use support::outputs::Outputs;
@@ -154,4 +156,64 @@ fn a_holder_that_cannot_answer_ends_the_run() {
     assert!(error.contains("whom to ask"), "{error}");
     let failed = run(Fault::Fails).unwrap_err();
     assert!(matches!(failed, RunError::Malformed { n_bytes: 3, .. }));
+}
+
+/// Two holders, of whom the second answers nothing until the first has answered some batches.
+#[derive(Default)]
+struct Unequal {
+    /// Questions of each batch, by holder, in the order of answers.
+    batches: Mutex<[Vec<usize>; 2]>,
+    answered: Condvar,
+}
+
+impl Unequal {
+    const N_FIRST: usize = 5;
+}
+
+impl Parts<Hall> for Unequal {
+    fn n_parts(&self) -> usize {
+        2
+    }
+
+    fn route(&self, question: Question) -> Route<Hall> {
+        Route::Asked {
+            question,
+            whom: 1 << (mix(question.key) % 2),
+            known: None,
+        }
+    }
+
+    fn combine(&self, _one: Answer, other: Answer) -> Answer {
+        other
+    }
+
+    fn answer(&self, part: usize, questions: Vec<Question>) -> Result<Vec<Answer>, RunError> {
+        let mut batches = self.batches.lock().expect("nobody panics");
+        while part == 1 && batches[0].len() < Self::N_FIRST {
+            batches = self.answered.wait(batches).expect("nobody panics");
+        }
+        batches[part].push(questions.len());
+        self.answered.notify_all();
+        drop(batches);
+        let answers = questions.into_iter();
+        Ok(answers
+            .map(|q| Answerer::<Hall>::answer(&Geometry, q))
+            .collect())
+    }
+}
+
+/// Of few questions each, batches to a busy holder would be as many as answers of the other led to.
+#[test]
+fn batches_grow_while_their_holder_is_busy() {
+    let holders = Unequal::default();
+    let job = Outputs::new(N_ROOTS, Node::Entrance);
+    let result = Engine::new(1).run_queued(&HALL, &Split::new(&holders), 1, &job);
+    result.expect("nothing fails");
+    let [first, second] = holders.batches.into_inner().expect("nobody panics");
+    let n_meanwhile: usize = first[1..Unequal::N_FIRST].iter().sum();
+    assert!(
+        3 * second[1] >= 2 * n_meanwhile,
+        "{n_meanwhile} questions to the first while the second was busy, then {} to it",
+        second[1]
+    );
 }

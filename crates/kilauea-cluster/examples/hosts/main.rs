@@ -59,16 +59,6 @@ fn main() -> Outcome<()> {
         "sets" => sets::rows(&asked)?,
         other => return Err(format!("{other} is neither replicas nor sets").into()),
     };
-    for row in &rows {
-        eprintln!(
-            "{} MB/s, {} hosts: {:.3} s, predicted {:.3} s, {:+.1} %",
-            row.megabytes,
-            row.n_hosts,
-            row.seconds,
-            row.predicted,
-            100.0 * (row.predicted / row.seconds - 1.0)
-        );
-    }
     let rows = rows.iter().map(|row| {
         json!({
             "megabytes_per_sec": row.megabytes,
@@ -83,6 +73,21 @@ fn main() -> Outcome<()> {
         serde_json::to_string_pretty(&rows.collect::<Vec<_>>())?
     );
     Ok(())
+}
+
+impl Row {
+    /// Tells what there is already: all of it takes minutes.
+    pub(crate) fn told(self) -> Self {
+        eprintln!(
+            "{} MB/s, {} hosts: {:.3} s, predicted {:.3} s, {:+.1} %",
+            self.megabytes,
+            self.n_hosts,
+            self.seconds,
+            self.predicted,
+            100.0 * (self.predicted / self.seconds - 1.0)
+        );
+        self
+    }
 }
 
 /// What simulators are told of a link.

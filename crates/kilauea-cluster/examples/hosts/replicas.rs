@@ -15,15 +15,24 @@ const N_ROUND_TRIPS: f64 = 1.0;
 const NETWORKS: [f64; 3] = [0.0, 4.0, 1.0];
 
 pub(crate) fn rows(asked: &Asked) -> Outcome<Vec<Row>> {
-    let shot = Shot::ball_on_floor();
+    let mut shot = Shot::ball_on_floor();
+    shot.settings.samples_per_pixel = 16;
     let mut hosts = Hosts::new(1, 0.0)?;
     let measured = shot.measure(&options(1), asked.n_runs, &mut |ticket| {
         hosts.start(0, &asked.worker, &ticket)
     })?;
     drop(hosts);
     let mut rows = Vec::new();
-    for megabytes in NETWORKS {
-        for &n_hosts in &asked.n_hosts {
+    for &n_hosts in &asked.n_hosts {
+        // The more workers there are, the smaller are units.
+        let mut hosts = Hosts::new(n_hosts, 0.0)?;
+        let (_, units) = shot.render_units(&options(n_hosts), &mut |ticket| {
+            hosts.start(ticket.rank as usize, &asked.worker, &ticket)
+        })?;
+        drop(hosts);
+        let units = units.iter().map(|unit| unit.cost(measured.secs_per_ray));
+        let units: Vec<_> = units.collect();
+        for megabytes in NETWORKS {
             let link = ReplicaLink {
                 bytes_per_sec: bytes_per_sec(megabytes),
                 delay_secs: 0.0,
@@ -32,7 +41,7 @@ pub(crate) fn rows(asked: &Asked) -> Outcome<Vec<Row>> {
                 links: vec![link; n_hosts],
                 n_threads: 1,
                 cores: asked.n_cores as f64,
-                units: measured.units.clone(),
+                units: units.clone(),
                 scene_bytes: scene_to_bytes(&shot.scene).len() as f64,
                 prepare_secs: measured.prepare_secs,
                 n_round_trips: N_ROUND_TRIPS,
@@ -41,12 +50,13 @@ pub(crate) fn rows(asked: &Asked) -> Outcome<Vec<Row>> {
             for _ in 0..asked.n_runs {
                 seconds = seconds.min(render(&shot, n_hosts, megabytes, &asked.worker)?);
             }
-            rows.push(Row {
+            let row = Row {
                 megabytes,
                 n_hosts,
                 seconds,
                 predicted: model.frame().seconds,
-            });
+            };
+            rows.push(row.told());
         }
     }
     Ok(rows)

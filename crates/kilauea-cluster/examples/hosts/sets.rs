@@ -2,7 +2,8 @@
 //!
 //! The simulator is told what a worker with the whole scene takes for a ray, and what a set of two
 //! without slow links takes for a question; sets of other sizes and on other networks it has to tell
-//! itself. Whom a ray asks is known from a frame of as many members in this process.
+//! itself. Whom a whole ray would ask is known from a frame of as many members in this process, and how
+//! many others are asked when members have looked at home from the frame without slow links.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -22,7 +23,7 @@ use crate::spread_stage::many_spheres;
 use crate::{Asked, Row, bytes_per_sec};
 
 /// Megabytes a second of each host; 0 is as fast as can be.
-const NETWORKS: [f64; 3] = [0.0, 8.0, 2.0];
+const NETWORKS: [f64; 3] = [0.0, 16.0, 4.0];
 /// Of the time that a worker with the whole scene takes for a ray, what goes to tracing it.
 const TRACING_SHARE: f64 = 0.5;
 /// Rays that a worker of one thread has under way.
@@ -33,7 +34,6 @@ struct Known {
     trace: RayTrace,
     machine: Machine,
     sizes: RaySizes,
-    saved_by_own: f64,
     n_rays: f64,
 }
 
@@ -52,14 +52,18 @@ pub(crate) fn rows(asked: &Asked) -> Outcome<Vec<Row>> {
     let most = asked.n_hosts.iter().copied().max().ok_or("no hosts")?;
     let known = Known::new(trace(&shot, most)?, &best(1, 0.0)?, &best(2, 0.0)?)?;
     let mut rows = Vec::new();
-    for megabytes in NETWORKS {
-        for &n_hosts in &asked.n_hosts {
-            rows.push(Row {
+    for &n_hosts in &asked.n_hosts {
+        let mut n_others = None;
+        for megabytes in NETWORKS {
+            let timed = best(n_hosts, megabytes)?;
+            let n_others = *n_others.get_or_insert(others_per_ray(&timed)?);
+            let row = Row {
                 megabytes,
                 n_hosts,
-                seconds: working_secs(&best(n_hosts, megabytes)?),
-                predicted: known.seconds(n_hosts, bytes_per_sec(megabytes)),
-            });
+                seconds: working_secs(&timed),
+                predicted: known.seconds(n_hosts, n_others, bytes_per_sec(megabytes)),
+            };
+            rows.push(row.told());
         }
     }
     Ok(rows)
@@ -134,11 +138,9 @@ impl Known {
         let n_rays = (rays.camera + rays.indirect + rays.shadow) as f64;
         let secs_per_ray = working_secs(whole) / n_rays;
         let set = two.result.frame.stats.set.as_ref().ok_or("no set")?;
-        // A member is asked each of its own rays, and counted.
-        let asked_of_others = total(set, |rays| rays.asked) - total(set, |rays| rays.rays);
-        let others = asked_of_others / total(set, |rays| rays.rays);
+        let others = others_per_ray(two)?;
+        let asked_of_others = others * total(set, |rays| rays.rays);
         let asking = trace.asking(2, false);
-        let saved_by_own = (2.0 * (1.0 - others / (0.5 * asking.asked))).max(0.0);
         let trace_secs = TRACING_SHARE * secs_per_ray;
         let shade_secs = secs_per_ray - trace_secs;
         let traced = 0.5 * asking.asked + others;
@@ -157,14 +159,15 @@ impl Known {
                 hit: total(set, |rays| rays.bytes_from_members) / met,
                 ..RaySizes::default()
             },
-            saved_by_own,
             n_rays,
         };
         Ok(known)
     }
 
-    /// Of a frame.
-    fn seconds(&self, n_members: usize, bytes_per_sec: f64) -> f64 {
+    /// Of a frame in which so many others are asked for a ray.
+    fn seconds(&self, n_members: usize, n_others: f64, bytes_per_sec: f64) -> f64 {
+        let n = n_members as f64;
+        let whole_ray = self.trace.asking(n_members, false).asked * (1.0 - 1.0 / n);
         let machine = Machine {
             nic_bytes_per_sec: bytes_per_sec,
             ..self.machine
@@ -178,10 +181,16 @@ impl Known {
             },
             trace: &self.trace,
             is_full_broadcast: false,
-            saved_by_own: self.saved_by_own,
+            saved_by_own: (n * (1.0 - n_others / whole_ray)).max(0.0),
         };
         self.n_rays / model.run(1.0, 4.0).rays_per_sec()
     }
+}
+
+/// Members that are asked for a ray beside the one that asks. It asks itself each ray, and counts it.
+fn others_per_ray(timed: &Timed) -> Outcome<f64> {
+    let set = timed.result.frame.stats.set.as_ref().ok_or("no set")?;
+    Ok(total(set, |rays| rays.asked) / total(set, |rays| rays.rays) - 1.0)
 }
 
 fn total(set: &SetStats, count: impl Fn(&RayTraffic) -> u64) -> f64 {

@@ -24,7 +24,14 @@ pub(crate) struct Shot {
 /// What a frame of one worker without a network tells.
 pub(crate) struct Measured {
     pub(crate) units: Vec<UnitCost>,
+    pub(crate) secs_per_ray: f64,
     pub(crate) prepare_secs: f64,
+}
+
+/// A unit of a frame.
+pub(crate) struct UnitShare {
+    n_rays: f64,
+    result_bytes: f64,
 }
 
 /// A frame, from its start to its last result.
@@ -88,33 +95,46 @@ impl Shot {
         n_runs: usize,
         start: &mut dyn FnMut(Ticket) -> Outcome<()>,
     ) -> Outcome<Measured> {
-        let path = std::env::temp_dir().join(format!("kilauea-measured-{}", std::process::id()));
-        let (mut best, mut rays_and_bytes) = (None::<Timed>, Vec::new());
-        for _ in 0..n_runs {
-            let journal = Some(path.clone());
-            let options = ClusterOptions {
-                journal,
-                ..options.clone()
-            };
-            let timed = self.render(options, start)?;
-            rays_and_bytes = read_journal(&path)?;
-            std::fs::remove_file(&path)?;
-            let is_best = |best: &Timed| working_secs(&timed) < working_secs(best);
-            if best.as_ref().is_none_or(is_best) {
-                best = Some(timed);
+        let (mut best, mut shares) = self.render_units(options, start)?;
+        for _ in 1..n_runs {
+            let (timed, its) = self.render_units(options, start)?;
+            if working_secs(&timed) < working_secs(&best) {
+                (best, shares) = (timed, its);
             }
         }
-        let best = best.ok_or("no runs")?;
-        let n_rays: f64 = rays_and_bytes.iter().map(|(rays, _)| rays).sum();
+        let n_rays: f64 = shares.iter().map(|unit| unit.n_rays).sum();
         let secs_per_ray = working_secs(&best) / n_rays;
-        let unit = |&(rays, result_bytes): &(f64, f64)| UnitCost {
-            secs: rays * secs_per_ray,
-            result_bytes,
-        };
         Ok(Measured {
-            units: rays_and_bytes.iter().map(unit).collect(),
+            units: shares.iter().map(|unit| unit.cost(secs_per_ray)).collect(),
+            secs_per_ray,
             prepare_secs: best.result.frame.stats.times.build,
         })
+    }
+
+    /// Renders, and tells what units there were.
+    pub(crate) fn render_units(
+        &self,
+        options: &ClusterOptions,
+        start: &mut dyn FnMut(Ticket) -> Outcome<()>,
+    ) -> Outcome<(Timed, Vec<UnitShare>)> {
+        let path = std::env::temp_dir().join(format!("kilauea-measured-{}", std::process::id()));
+        let options = ClusterOptions {
+            journal: Some(path.clone()),
+            ..options.clone()
+        };
+        let timed = self.render(options, start)?;
+        let units = read_journal(&path)?;
+        std::fs::remove_file(&path)?;
+        Ok((timed, units))
+    }
+}
+
+impl UnitShare {
+    pub(crate) fn cost(&self, secs_per_ray: f64) -> UnitCost {
+        UnitCost {
+            secs: self.n_rays * secs_per_ray,
+            result_bytes: self.result_bytes,
+        }
     }
 }
 
@@ -126,8 +146,8 @@ pub(crate) fn working_secs(timed: &Timed) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Rays and bytes of the units in a journal, which one worker has done in the order of their leases.
-fn read_journal(path: &Path) -> Outcome<Vec<(f64, f64)>> {
+/// The units in a journal, in the order in which they were done.
+fn read_journal(path: &Path) -> Outcome<Vec<UnitShare>> {
     let mut file = File::open(path)?;
     let mut units = Vec::new();
     let mut head = [0; HEADER_BYTES];
@@ -145,7 +165,10 @@ fn read_journal(path: &Path) -> Outcome<Vec<(f64, f64)>> {
         if number > 0 {
             let (done, _) = UnitDone::read(&frame)?;
             let n_bytes = HEADER_BYTES + frame.body.len();
-            units.push((done.tally.n_rays() as f64, n_bytes as f64));
+            units.push(UnitShare {
+                n_rays: done.tally.n_rays() as f64,
+                result_bytes: n_bytes as f64,
+            });
         }
         number += 1;
     }
