@@ -15,7 +15,7 @@ fn facing_up(x: f32, y: f32) -> SurfaceQuery {
 }
 
 #[test]
-fn records_hold_what_the_map_says_at_photons() {
+fn records_hold_what_the_map_says_of_other_photons() {
     let map = PhotonMap::build(&on_square(1, 3000));
     let rule = DensityRule::default();
     for every in [1, 4, 7] {
@@ -27,8 +27,12 @@ fn records_hold_what_the_map_says_at_photons() {
                 p: photon.p(),
                 n: photon.n(),
             };
-            let expected = map.irradiance_by(&query, RADIUS, &rule).value;
-            assert_eq!(cache.lookup(&query, 0.0), Some(expected));
+            let all = map.irradiance_by(&query, RADIUS, &rule).value;
+            let own = photon.power() * rule.kernel.weight(0.0, 0.05 * 0.05);
+            let found = cache.lookup(&query, 0.0).expect("a record");
+            let difference = (found.value - (all - own)).max_channel().abs();
+            assert!(difference <= 1e-5 * all.max_channel(), "{difference}");
+            assert_eq!(found.radius, 0.05);
         }
     }
 }
@@ -52,7 +56,7 @@ fn lookups_take_the_nearest_record_that_faces_the_same_way() {
     );
     let up = facing_up(0.5, 0.5);
     let down = SurfaceQuery { n: -Vec3::Z, ..up };
-    let irradiance = |query| cache.lookup(query, 1.0).expect("a record")[0];
+    let irradiance = |query| cache.lookup(query, 1.0).expect("a record").value[0];
     assert!(
         (irradiance(&up) / 4000.0 - 1.0).abs() < 0.15,
         "{}",
@@ -79,4 +83,23 @@ fn lookups_that_find_nothing_are_counted() {
     let hits: Vec<bool> = found.irradiances.iter().map(Option::is_some).collect();
     assert_eq!(hits, [true, false, false, true]);
     assert_eq!(found.n_missed, 2);
+}
+
+/// Records are where photons are, and know no more of light than other places: with what it brought
+/// itself, each would be too bright by two of twenty photons.
+#[test]
+fn the_mean_of_records_is_the_irradiance() {
+    let n_photons = 20_000;
+    let map = PhotonMap::build(&on_square(3, n_photons));
+    let radius = RadiusRule::Nearest {
+        k: count(20),
+        max_radius: 1.0,
+    };
+    let cache = RadianceCache::build(&map, count(1), radius, &DensityRule::default());
+    // Away from edges, where photons are missing.
+    let inner = |i: u32| 0.1 + 0.8 * (i as f32 + 0.5) / 40.0;
+    let places = (0..1600).map(|i| facing_up(inner(i % 40), inner(i / 40)));
+    let found = places.map(|query| cache.lookup(&query, 1.0).expect("a record").value[0]);
+    let mean = found.sum::<f32>() / 1600.0;
+    assert!((mean / n_photons as f32 - 1.0).abs() < 0.03, "{mean}");
 }
