@@ -17,8 +17,6 @@ pub(super) struct Disc {
 const MIN_TO_TELL: usize = 16;
 /// Greatest difference between the share of photons in the inner half of the disc's area and a half.
 const MAX_INNER_EXCESS: f32 = 0.2;
-/// Greatest distance of the mean of photons from the middle, over the radius.
-const MAX_OFFSET: f32 = 0.2;
 
 impl Disc {
     /// Of the photon with that number in the map.
@@ -76,12 +74,11 @@ impl Disc {
         self.photons.iter().map(weighted).sum()
     }
 
-    /// Whether photons are spread over the disc as where irradiance is even.
+    /// Whether photons are as dense in the middle of the disc as farther out.
     ///
-    /// Where they are not, the estimate is wrong. At an edge of the surface a part of the disc is empty.
-    /// In the dark beside a bright spot it is the spot's photons that say how large the disc is: an
-    /// estimate by nearest photons falls with the square of the distance only, and would have more
-    /// light in all than there is.
+    /// In the dark beside a bright spot they are not: the spot's photons say how large the disc is, and
+    /// an estimate by nearest photons, which falls with the square of the distance only, has more light
+    /// in all than there is.
     pub(super) fn is_even(&self) -> bool {
         if self.photons.len() < MIN_TO_TELL {
             return true;
@@ -90,7 +87,6 @@ impl Disc {
         let half_sq = 0.5 * self.radius * self.radius;
         let is_inner = |(d, _): &&(Vec3, Spectrum)| d.length_squared() < half_sq;
         let inner_share = self.photons.iter().filter(is_inner).count() as f32 / n;
-        let offset = self.photons.iter().map(|(d, _)| *d).sum::<Vec3>() / n;
-        (inner_share - 0.5).abs() <= MAX_INNER_EXCESS && offset.length() <= MAX_OFFSET * self.radius
+        (inner_share - 0.5).abs() <= MAX_INNER_EXCESS
     }
 }
