@@ -3,10 +3,12 @@ use kilauea_math::{Spectrum, Vec3};
 use crate::density::{DensityRule, RadiusRule, SurfaceQuery};
 use crate::{PhotonMap, StoredPhoton};
 
-/// The photons around one of them, and how far they are.
+/// The photons around a record, and how far they are.
 ///
-/// Without the one in the middle: the others are as dense there as if it had not come (Slivnyak's
-/// theorem, of Poisson processes), and with it irradiance would be higher than elsewhere.
+/// Those at which there are records do not count. With its own photon a record would say more than is
+/// true; and a record that happens to be far from others stands for more of the surface, so that where
+/// photons are by chance sparse they would count for more than where they are dense. So records lie
+/// where they would lie by chance, and the other photons are as dense there as anywhere.
 pub(super) struct Disc {
     /// From the middle, with the flux in W.
     photons: Vec<(Vec3, Spectrum)>,
@@ -19,10 +21,12 @@ const MIN_TO_TELL: usize = 16;
 const MAX_INNER_EXCESS: f32 = 0.2;
 
 impl Disc {
-    /// Of the photon with that number in the map.
+    /// Of the photon with that number in the map, where every `every`-th has a record. If all have, all
+    /// but itself count.
     pub(super) fn around(
         map: &PhotonMap,
         idx: usize,
+        every: usize,
         radius: RadiusRule,
         rule: &DensityRule,
     ) -> Self {
@@ -31,9 +35,23 @@ impl Disc {
             p: photon.p(),
             n: photon.n(),
         };
-        let is_other =
-            |other: StoredPhoton<'_>, d_sq| other.idx() != idx && rule.accepts(&query, other, d_sq);
-        let relative = |other: StoredPhoton<'_>| (other.p() - query.p, other.power());
+        let has_record = |other: usize| {
+            if every > 1 {
+                other.is_multiple_of(every)
+            } else {
+                other == idx
+            }
+        };
+        // What those that do not count would have brought.
+        let share = if every > 1 {
+            every as f32 / (every - 1) as f32
+        } else {
+            1.0
+        };
+        let is_other = |other: StoredPhoton<'_>, d_sq| {
+            !has_record(other.idx()) && rule.accepts(&query, other, d_sq)
+        };
+        let relative = |other: StoredPhoton<'_>| (other.p() - query.p, other.power() * share);
         match radius {
             RadiusRule::Fixed(radius) => {
                 let mut photons = Vec::new();

@@ -50,8 +50,8 @@ pub struct RadianceLookups {
 }
 
 impl RadianceCache {
-    /// Irradiance at every `every`-th photon of a map, from the others, in the order of the map: so the
-    /// density of records follows that of the photons.
+    /// Irradiance at every `every`-th photon of a map, from those between, in the order of the map: so
+    /// the density of records follows that of the photons.
     pub fn build(
         map: &PhotonMap,
         every: NonZeroUsize,
@@ -63,7 +63,7 @@ impl RadianceCache {
         let (tree, order) = PointTree::build(n_records, |i| photon(i).p(), |i| i as u64);
         let record = |&i: &u32| {
             let photon = photon(i as usize);
-            let disc = Disc::around(map, photon.idx(), radius, rule);
+            let disc = Disc::around(map, photon.idx(), every.get(), radius, rule);
             Record {
                 irradiance: disc.irradiance(rule).to_array(),
                 radius: if disc.is_even() { disc.radius() } else { 0.0 },
