@@ -242,4 +242,38 @@ impl SeenBsdf {
             SeenLobes::Layered(layered, view) => layered.albedo(view),
         }
     }
+
+    /// The fraction of light scattered by diffuse lobes, if as much arrives from everywhere.
+    #[inline]
+    pub fn diffuse_albedo(&self) -> Spectrum {
+        match &self.lobes {
+            SeenLobes::Lambert(lambert, _) => lambert.albedo,
+            SeenLobes::Layered(layered, view) => layered.diffuse_albedo(view),
+        }
+    }
+
+    /// What diffuse lobes take of light that comes from where this is seen from: the cosine, and what
+    /// an interface lets in. Seen from elsewhere, they scatter that times [`Self::diffuse_albedo`] / π.
+    pub fn diffuse_reception(&self) -> Spectrum {
+        match &self.lobes {
+            SeenLobes::Lambert(_, side) => {
+                Spectrum::splat(side.reflected_cos(self.wo).unwrap_or(0.0))
+            }
+            SeenLobes::Layered(layered, view) => layered.diffuse_reception(view),
+        }
+    }
+
+    /// All lobes but the diffuse ones; none where there are no others.
+    pub fn without_diffuse(&self) -> Option<Self> {
+        match &self.lobes {
+            SeenLobes::Lambert(..) => None,
+            SeenLobes::Layered(layered, view) => {
+                let (layered, view) = layered.without_diffuse(view)?;
+                Some(Self {
+                    lobes: SeenLobes::Layered(layered, view),
+                    wo: self.wo,
+                })
+            }
+        }
+    }
 }

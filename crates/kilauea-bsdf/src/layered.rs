@@ -77,6 +77,7 @@ pub(crate) struct Layered {
 }
 
 /// Everything that depends on `wo` and not on `wi`.
+#[derive(Clone, Copy)]
 pub(crate) struct View {
     side: Side,
     cos_o: f32,
@@ -95,6 +96,7 @@ pub(crate) struct View {
 }
 
 /// Of drawing from each lobe; they add up to one.
+#[derive(Clone, Copy)]
 struct Probabilities {
     coat: f32,
     interface: f32,
@@ -218,6 +220,45 @@ impl Layered {
         let reflected = view.boundary.reflectance;
         let glass = self.transmission_tint.lerp(Spectrum::ONE, reflected) * self.transmission;
         Spectrum::splat(1.0 - view.below_coat) + (base + glass) * view.below_coat
+    }
+
+    /// Fraction of even light that the diffuse base scatters: E is coupled so that its mean over `wi`
+    /// cancels.
+    pub(crate) fn diffuse_albedo(&self, view: &View) -> Spectrum {
+        self.diffuse * view.below_interface * view.below_coat
+    }
+
+    /// What the diffuse base takes of light from the viewer's direction.
+    pub(crate) fn diffuse_reception(&self, view: &View) -> Spectrum {
+        view.below_interface * self.diffuse_scale * view.cos_o
+    }
+
+    /// All but the diffuse base; none where that is all.
+    pub(crate) fn without_diffuse(&self, view: &View) -> Option<(Self, View)> {
+        let Probabilities {
+            coat,
+            interface,
+            glass,
+            ..
+        } = view.probability;
+        let others = coat + interface + glass;
+        (others > 0.0).then(|| {
+            let layered = Self {
+                diffuse: Spectrum::BLACK,
+                ..*self
+            };
+            let probability = Probabilities {
+                coat: coat / others,
+                interface: interface / others,
+                diffuse: 0.0,
+                glass: glass / others,
+            };
+            let view = View {
+                probability,
+                ..*view
+            };
+            (layered, view)
+        })
     }
 
     #[inline]

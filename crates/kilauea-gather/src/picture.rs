@@ -86,6 +86,25 @@ impl PictureEstimate {
         })
     }
 
+    /// Squared difference of what is expected of two kinds of samples relative to the picture, each two
+    /// after each other of one pixel, which they have in common; none without any. Without bias, so
+    /// that it may be less than zero: the differences of each pair are multiplied, which are independent.
+    pub fn squared_difference(&self, a: &[PictureSample], b: &[PictureSample]) -> Option<f64> {
+        let pairs = a.chunks_exact(2).zip(b.chunks_exact(2));
+        let n_pairs = pairs.len() as f64;
+        let product = |(a, b): (&[PictureSample], &[PictureSample])| {
+            let per_luminance = self.per_luminance(a[0].pixel);
+            let [first, second] = [0, 1].map(|i| (a[i].luminance - b[i].luminance) * per_luminance);
+            f64::from(first * second)
+        };
+        let sum: f64 = pairs
+            .map(product)
+            .filter(|product| product.is_finite())
+            .map(|product| product.clamp(-f64::from(MAX_RELATIVE_SQ), MAX_RELATIVE_SQ.into()))
+            .sum();
+        (n_pairs > 0.0).then(|| sum / n_pairs)
+    }
+
     /// What a luminance of one is relative to the picture at a pixel.
     #[inline]
     pub fn per_luminance(&self, pixel: [i32; 2]) -> f32 {

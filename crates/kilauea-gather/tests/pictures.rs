@@ -91,3 +91,25 @@ fn without_light_there_is_no_picture() {
     let picture = PictureEstimate::fit(MIN, MAX, &samples(0.5)).expect("there is light");
     assert_eq!(picture.error_of(&[]), None);
 }
+
+/// Samples whose expectations are 1 and 1.3 everywhere, each off by up to a half.
+#[test]
+fn what_is_expected_of_two_kinds_is_told_from_noise() {
+    let plain = samples(0.5);
+    let picture = PictureEstimate::fit(MIN, MAX, &plain).expect("there is light");
+    let with_bias = |factor: f32, spread: f32| -> Vec<PictureSample> {
+        let scaled = |sample: PictureSample| PictureSample {
+            luminance: factor * sample.luminance,
+            ..sample
+        };
+        samples(spread).into_iter().map(scaled).collect()
+    };
+    let difference = |a: &[PictureSample]| picture.squared_difference(&plain, a);
+    let same = difference(&with_bias(1.0, -0.5)).expect("there are pixels");
+    // The standard deviation is 0.007.
+    assert!(same.abs() < 0.025, "{same}");
+    let apart = difference(&with_bias(1.3, -0.5)).expect("there are pixels");
+    // The floor below which errors are absolute makes a little less of the dark half.
+    assert!((0.05..0.12).contains(&apart), "{apart}");
+    assert_eq!(picture.squared_difference(&[], &[]), None);
+}

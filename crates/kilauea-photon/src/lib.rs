@@ -50,5 +50,5 @@ pub use map::{PhotonMap, StoredPhoton};
 pub use merge::{EyeSubpath, LightSubpath, Merging};
 pub use photon::{Photon, PhotonClass};
 pub use progressive::ProgressiveRadius;
-pub use radiance::{RadianceCache, RadianceLookups};
+pub use radiance::{CachedIrradiance, RadianceCache, RadianceLookups};
 pub use tree::Found;

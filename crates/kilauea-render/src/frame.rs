@@ -30,7 +30,7 @@ use crate::samples::PixelSampler;
 use crate::set::{SetParts, Traffic};
 use crate::shades::Shades;
 use crate::share::PathShare;
-use crate::stats::{AimStats, CausticStats};
+use crate::stats::{AimStats, CausticStats, FinalGatherStats};
 use crate::unit_pixels::UnitPixels;
 use crate::units::UnitSource;
 
@@ -82,6 +82,7 @@ pub(crate) struct Outcome {
     pub(crate) learnt: Arc<GatherEstimate>,
     pub(crate) caustics: CausticStats,
     pub(crate) aim: AimStats,
+    pub(crate) final_gather: FinalGatherStats,
 }
 
 impl Outcome {

@@ -13,6 +13,7 @@ mod check;
 mod collect;
 mod conditions;
 mod error;
+mod final_gather;
 mod follow;
 mod frame;
 mod gather;

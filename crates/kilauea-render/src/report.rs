@@ -79,6 +79,7 @@ impl Frame {
             photons: outcome.caustics,
             gather: outcome.learnt.found,
             aim: outcome.aim,
+            final_gather: outcome.final_gather,
             textures: Textures {
                 tiles_total: tiles.tiles_total,
                 tiles_loaded: tiles.tiles_loaded,

@@ -34,6 +34,8 @@ pub enum PathKind {
     Training,
     /// Pixels that are tried with what was learnt and without.
     Trial,
+    /// Photons of what diffuse lobes receive.
+    Irradiance,
 }
 
 impl PathKind {
@@ -45,6 +47,7 @@ impl PathKind {
             Self::Arrivals => "aims",
             Self::Training => "training",
             Self::Trial => "trial",
+            Self::Irradiance => "irradiance",
         }
     }
 
@@ -52,7 +55,9 @@ impl PathKind {
     /// that the bits of sums do not depend on who follows them, or few of those that take long.
     pub fn grain(self) -> u32 {
         match self {
-            Self::Photons | Self::CausticPhotons | Self::Arrivals => 4 * PATHS_PER_BLOCK,
+            Self::Photons | Self::CausticPhotons | Self::Arrivals | Self::Irradiance => {
+                4 * PATHS_PER_BLOCK
+            }
             Self::Training | Self::Trial => 16,
         }
     }

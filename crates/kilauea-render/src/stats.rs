@@ -38,6 +38,8 @@ pub struct RenderStats {
     pub gather: GatherStats,
     /// What paths were aimed at.
     pub aim: AimStats,
+    /// Irradiance that paths look up.
+    pub final_gather: FinalGatherStats,
     /// Texture tiles.
     pub textures: Textures,
     /// Size of the scene.
@@ -176,6 +178,27 @@ pub struct AimStats {
     pub cells: u64,
     /// Bytes that all cells take.
     pub bytes: u64,
+}
+
+/// Irradiance that paths look up at their second rough vertex; zeros where there was none.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FinalGatherStats {
+    /// Paths that lights sent out, those of the pilot among them.
+    pub emitted: u64,
+    /// Photons kept of those that were looked up last.
+    pub photons: u64,
+    /// Places of which irradiance is known.
+    pub records: u64,
+    /// Bytes that they take.
+    pub bytes: u64,
+    /// Efficiency of pixels whose paths look irradiance up, bias counted as error, over that of others,
+    /// as the pilot forecasts it; zero where it was not tried.
+    pub gain: f64,
+    /// Squared bias of pixels, relative to the picture, by the fewer photons of the pilot. By chance it
+    /// may be less than zero.
+    pub squared_bias: f64,
+    /// Why nothing was looked up, where it was asked for.
+    pub skipped: Vec<String>,
 }
 
 /// What photons did for the caustics of a frame.

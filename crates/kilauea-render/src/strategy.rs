@@ -10,9 +10,12 @@ use kilauea_scene::{GlobalIllumination, Integrator};
 
 use crate::RenderError;
 use crate::caustics::CausticPlan;
+use crate::final_gather::IrradianceCache;
 use crate::frame::Frame;
 use crate::gather::GatherEstimate;
-use crate::integrator::{Aimed, Air, Guide, Guided, LightGuided, Media, PathIntegrator, Unguided};
+use crate::integrator::{
+    Aimed, Air, Guide, Guided, LightGuided, Media, PathIntegrator, Unguided, Unmerged,
+};
 
 impl Frame {
     /// Takes all samples.
@@ -33,10 +36,41 @@ impl Frame {
             }
         };
         self.lock_outcome().learnt = Arc::clone(&learnt);
-        match plan {
-            Some(plan) => self.run_merging(&plan, &learnt),
-            None => self.run_told(&learnt),
+        let irradiance = match (self.settings.gi, self.settings.integrator) {
+            (GlobalIllumination::Consistent, Integrator::Kilauea) => {
+                self.find_irradiance(&learnt)?
+            }
+            _ => None,
+        };
+        match (plan, irradiance) {
+            (Some(plan), irradiance) => self.run_merging(&plan, irradiance.as_ref(), &learnt),
+            (None, Some(irradiance)) => self.run_gathering(&irradiance, &learnt),
+            (None, None) => self.run_told(&learnt),
         }
+    }
+
+    /// Takes all samples by paths that look irradiance up.
+    fn run_gathering(
+        &self,
+        irradiance: &IrradianceCache,
+        learnt: &GatherEstimate,
+    ) -> Result<(), RenderError> {
+        let aims = self.find_aims()?;
+        let aims = aims.as_ref().map(|field| Aimed { field });
+        let gather = irradiance.gather(self, Unmerged);
+        let passes = 0..self.passes.n_passes();
+        let is_plain = aims.is_none() && learnt.directions.is_none() && !learnt.knows_lights();
+        if is_plain && !self.needs.media && !self.needs_keys() {
+            let integrator = self.integrator::<false, _>(Air);
+            return self.run_some(integrator.merging_by(gather), passes);
+        }
+        let integrator = self.integrator::<true, _>(self.camera_media());
+        let integrator = integrator.guided_by(Guided {
+            field: learnt.directions.as_ref(),
+            aims,
+            lights: learnt.lights(),
+        });
+        self.run_some(integrator.merging_by(gather), passes)
     }
 
     /// Takes all samples by paths that are told what was learnt, and where light is bright and seldom
@@ -94,6 +128,7 @@ impl Frame {
     fn run_merging(
         &self,
         plan: &CausticPlan<'_>,
+        irradiance: Option<&IrradianceCache>,
         learnt: &GatherEstimate,
     ) -> Result<(), RenderError> {
         let integrator = self.integrator::<true, _>(self.camera_media());
@@ -111,8 +146,14 @@ impl Frame {
                 continue;
             }
             let photons = plan.trace(self, pass)?;
-            let merging = integrator.merging_by(photons.merge(self));
-            self.run_some(merging, pass..pass + 1)?;
+            let (merge, pass) = (photons.merge(self), pass..pass + 1);
+            match irradiance {
+                Some(irradiance) => {
+                    let gather = irradiance.gather(self, merge);
+                    self.run_some(integrator.merging_by(gather), pass)
+                }
+                None => self.run_some(integrator.merging_by(merge), pass),
+            }?;
         }
         Ok(())
     }

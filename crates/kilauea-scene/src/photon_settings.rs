@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-/// How caustics are found by photons. All is chosen by the renderer unless said here (tests,
+/// What is found by photons. All is chosen by the renderer unless said here (tests,
 /// benchmarks).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -15,6 +15,21 @@ pub struct PhotonSettings {
     /// Whether paths are aimed at small bright lights in mirrors and behind glass, where photons found
     /// them.
     pub aim: Aim,
+    /// Whether paths look irradiance up at their second rough vertex.
+    pub final_gathering: FinalGathering,
+}
+
+/// When paths look irradiance up that is known from photons.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FinalGathering {
+    /// Where a trial says so.
+    #[default]
+    WherePays,
+    /// In any frame where it is possible.
+    Always,
+    /// Not at all.
+    Never,
 }
 
 /// When paths are aimed.

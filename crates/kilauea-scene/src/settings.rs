@@ -26,7 +26,7 @@ pub struct RenderSettings {
     /// How light is found that surfaces throw on each other.
     #[serde(default)]
     pub gi: GlobalIllumination,
-    /// Of caustics by photons.
+    /// Of what is found by photons.
     #[serde(default)]
     pub photons: PhotonSettings,
     /// Makes another, equally good image.
@@ -112,8 +112,8 @@ pub enum GlobalIllumination {
     /// By paths from the camera: right in expectation with any number of samples.
     #[default]
     Exact,
-    /// Caustics by photons as well, where that pays: what is blurred of them vanishes with the number
-    /// of samples.
+    /// By photons as well, where that pays: caustics, and by the integrator `kilauea` irradiance where
+    /// paths meet a second rough surface. What is blurred of it vanishes with the number of samples.
     Consistent,
 }
 

@@ -59,6 +59,64 @@ fn weights_are_eval_over_pdf() {
     }
 }
 
+/// What diffuse lobes scatter is what they take of the light, times their albedo: so irradiance may be
+/// summed over what is taken before it is known from where it is seen.
+#[test]
+fn diffuse_light_is_reception_times_albedo() {
+    let by_parts = |bsdf: &Bsdf, wo: Vec3, wi: Vec3| {
+        let albedo = bsdf.seen_from(wo).diffuse_albedo();
+        albedo * bsdf.seen_from(wi).diffuse_reception() / std::f32::consts::PI
+    };
+    let surfaces = ROUGHNESSES.into_iter().flat_map(kinds);
+    let surfaces = surfaces.map(|(name, layers)| (name, flat(&layers)));
+    for (name, bsdf) in surfaces.chain([("lambert", lambert(0.6))]) {
+        for i in 0..100 {
+            let (wo, other) = (direction(i), direction(i + 100));
+            // On one side.
+            let wi = other * (other.z * wo.z).signum();
+            let expected = bsdf.eval(wo, wi).diffuse;
+            let difference = by_parts(&bsdf, wo, wi) - expected;
+            let is_near = difference.to_array().iter().all(|d| d.abs() < 1e-5);
+            assert!(is_near, "{name} {wo} {wi}: {difference:?} of {expected:?}");
+        }
+    }
+}
+
+/// Other lobes scatter the same without the diffuse ones, and are drawn as often as their density says.
+#[test]
+fn other_lobes_do_not_need_the_diffuse_ones() {
+    assert!(lambert(0.5).seen_from(Vec3::Z).without_diffuse().is_none());
+    for roughness in ROUGHNESSES {
+        for (name, layers) in kinds(roughness) {
+            let bsdf = flat(&layers);
+            for i in 0..100 {
+                let (wo, wi) = (direction(i), direction(i + 100));
+                let all = bsdf.seen_from(wo);
+                let case = format!("{name} {roughness} {wo}");
+                let Some(others) = all.without_diffuse() else {
+                    let albedo = all.albedo() - all.diffuse_albedo();
+                    assert!(albedo.max_channel() < 1e-6, "{case}");
+                    continue;
+                };
+                let eval = others.eval(wi);
+                assert_eq!(eval.specular, all.eval(wi).specular, "{case}");
+                assert_eq!(eval.diffuse, Spectrum::BLACK, "{case}");
+                assert_eq!(others.diffuse_albedo(), Spectrum::BLACK, "{case}");
+                let rest = all.albedo() - all.diffuse_albedo() - others.albedo();
+                assert!(rest.to_array().iter().all(|d| d.abs() < 1e-5), "{case}");
+                let Some(sample) = others.sample(numbers(i)) else {
+                    continue;
+                };
+                assert!(!sample.is_diffuse, "{case}");
+                if !sample.is_delta {
+                    let pdf = others.eval(sample.wi).pdf;
+                    assert!((sample.pdf / pdf - 1.0).abs() < 1e-3, "{case}");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn smooth_glass_obeys_fresnel_and_snell() {
     let bsdf = Bsdf::dielectric(Frame::from_z(Vec3::Z), Vec3::Z, 1.5);

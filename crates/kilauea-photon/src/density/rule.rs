@@ -1,5 +1,7 @@
 use std::num::NonZeroUsize;
 
+use kilauea_math::Vec3;
+
 use super::{Kernel, SurfaceQuery};
 use crate::StoredPhoton;
 
@@ -44,8 +46,24 @@ impl DensityRule {
     /// Whether a photon at the squared distance `d_sq` lies on the surface of the query.
     #[inline]
     pub fn accepts(&self, query: &SurfaceQuery, photon: StoredPhoton<'_>, d_sq: f32) -> bool {
-        let plane_distance = (photon.p() - query.p).dot(query.n);
+        self.is_near_plane(query, photon.p(), d_sq) && self.agrees(query, photon.n())
+    }
+
+    /// Whether a place `p` with the normal `n` at the squared distance `d_sq` lies on the surface of the
+    /// query.
+    #[inline]
+    pub(crate) fn accepts_at(&self, query: &SurfaceQuery, (p, n): (Vec3, Vec3), d_sq: f32) -> bool {
+        self.is_near_plane(query, p, d_sq) && self.agrees(query, n)
+    }
+
+    #[inline]
+    fn is_near_plane(&self, query: &SurfaceQuery, p: Vec3, d_sq: f32) -> bool {
+        let plane_distance = (p - query.p).dot(query.n);
         plane_distance * plane_distance <= self.max_plane_distance * self.max_plane_distance * d_sq
-            && photon.n().dot(query.n) >= self.min_cos_normals
+    }
+
+    #[inline]
+    fn agrees(&self, query: &SurfaceQuery, n: Vec3) -> bool {
+        n.dot(query.n) >= self.min_cos_normals
     }
 }

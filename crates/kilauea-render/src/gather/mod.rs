@@ -10,7 +10,7 @@ mod pixel_grid;
 mod spoiled;
 mod trainer;
 mod training_pass;
-mod trial;
+pub(crate) mod trial;
 
 use std::time::Instant;
 
@@ -137,6 +137,6 @@ impl Frame {
 }
 
 /// What paths cost over what plain ones do, where each of their rays takes `cost_of_ray` times as long.
-fn relative_cost(plain: PathError, told: PathError, cost_of_ray: f32) -> f32 {
+pub(crate) fn relative_cost(plain: PathError, told: PathError, cost_of_ray: f32) -> f32 {
     (1.0 + told.n_rays * cost_of_ray) / (1.0 + plain.n_rays)
 }

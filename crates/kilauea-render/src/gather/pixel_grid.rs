@@ -4,14 +4,14 @@ use kilauea_scene::DataWindow;
 use crate::frame::Frame;
 
 /// Square blocks of pixels, of which one pixel each is looked at, by chance.
-pub(super) struct PixelGrid {
+pub(crate) struct PixelGrid {
     min: [i32; 2],
     max: [i32; 2],
     /// Pixels on the side of a block.
     stride: i32,
     n_columns: u32,
-    pub(super) n_blocks: u32,
-    pub(super) seed: u32,
+    pub(crate) n_blocks: u32,
+    pub(crate) seed: u32,
 }
 
 impl PixelGrid {

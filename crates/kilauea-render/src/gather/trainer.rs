@@ -27,6 +27,8 @@ pub(super) struct Trainer<'f, 'a, const CUTOUTS: bool, M> {
 const PILOT_SHARE: f64 = 1.0 / 128.0;
 /// Share of the pilot that is looked at first, and ends it where there is nothing to hope for.
 const FIRST_LOOK: f64 = 1.0 / 4.0;
+/// Numbers the trial of lights.
+const LIGHTS_TRIED: u32 = 0;
 /// Fewer tell nothing.
 const LEAST_PATHS: f64 = 512.0;
 /// More train no further: records take memory.
@@ -88,7 +90,7 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
 
     /// Tries what lights bring by `field`, in some pixels.
     pub(super) fn try_lights(&self, field: &ChoiceField) -> Result<Tried, RunError> {
-        let grid = TrialGrid::new(self.frame);
+        let grid = TrialGrid::new(self.frame, LIGHTS_TRIED);
         let notes = Notes::default();
         let sampler = |guide| self.sampler(Training { guide, notes });
         let paths = TrialPaths {

@@ -11,7 +11,7 @@ use super::pixel_grid::PixelGrid;
 use crate::follow::Follow;
 use crate::frame::Frame;
 use crate::integrator::{
-    Answer, Guide, Media, PathTrail, Question, RayTally, Training, Unmerged, n_rays,
+    Answer, Guide, Media, Merge, PathTrail, Question, RayTally, Training, Unmerged, n_rays,
 };
 use crate::program::StopOnPanic;
 use crate::sampler::SamplerTables;
@@ -29,17 +29,18 @@ const N_PICTURES: f64 = 4.0;
 const TRIAL_SEED: u32 = 0x7472_6961;
 
 /// The pixels of a trial, and the numbers of either sample of each.
-pub(super) struct TrialGrid {
-    pub(super) pixels: PixelGrid,
-    n_samples: u32,
+pub(crate) struct TrialGrid {
+    pub(crate) pixels: PixelGrid,
+    pub(crate) n_samples: u32,
     numbers: [SamplerTables; 2],
 }
 
 impl TrialGrid {
-    pub(super) fn new(frame: &Frame) -> Self {
+    /// `seed` tells trials of a frame apart.
+    pub(crate) fn new(frame: &Frame, seed: u32) -> Self {
         let settings = &frame.settings;
         let n_samples = settings.samples_per_pixel.min(MOST_SAMPLES);
-        let seed = combine(settings.seed, TRIAL_SEED);
+        let seed = combine(settings.seed, TRIAL_SEED.wrapping_add(seed));
         let n_pixels = TRIAL_SHARE * frame.n_pixels as f64 / N_PICTURES;
         Self {
             pixels: PixelGrid::new(frame, n_pixels.min(MOST_PIXELS), seed),
@@ -52,29 +53,29 @@ impl TrialGrid {
 }
 
 /// Takes the samples of a pixel, with and without.
-pub(super) struct TrialPaths<'f, const CUTOUTS: bool, M> {
-    pub(super) plain: PixelSampler<'f, CUTOUTS, M, Training<'f>, Unmerged>,
-    pub(super) told: PixelSampler<'f, CUTOUTS, M, Training<'f>, Unmerged>,
-    pub(super) grid: &'f TrialGrid,
+pub(crate) struct TrialPaths<'f, const CUTOUTS: bool, M, X = Unmerged> {
+    pub(crate) plain: PixelSampler<'f, CUTOUTS, M, Training<'f>, Unmerged>,
+    pub(crate) told: PixelSampler<'f, CUTOUTS, M, Training<'f>, X>,
+    pub(crate) grid: &'f TrialGrid,
 }
 
 /// Means of all samples of pixels, two after each other of one pixel.
 #[derive(Default)]
-pub(super) struct Tried {
-    pub(super) plain: Vec<PictureSample>,
-    pub(super) told: Vec<PictureSample>,
-    pub(super) counts: RayTally,
+pub(crate) struct Tried {
+    pub(crate) plain: Vec<PictureSample>,
+    pub(crate) told: Vec<PictureSample>,
+    pub(crate) counts: RayTally,
 }
 
 impl Tried {
     /// Errors of pixels without and with what was learnt. None where no pixel was tried.
-    pub(super) fn errors(&self, picture: &PictureEstimate) -> Option<[PathError; 2]> {
+    pub(crate) fn errors(&self, picture: &PictureEstimate) -> Option<[PathError; 2]> {
         let plain = picture.error_of(&self.plain)?;
         Some([plain, picture.error_of(&self.told)?])
     }
 }
 
-impl<const CUTOUTS: bool, M: Media> Follow for TrialPaths<'_, CUTOUTS, M> {
+impl<const CUTOUTS: bool, M: Media, X: Merge> Follow for TrialPaths<'_, CUTOUTS, M, X> {
     type Left = Tried;
 
     async fn follow<P, C>(&self, block: u32, tried: &mut Tried, cx: &C)
@@ -98,17 +99,17 @@ impl<const CUTOUTS: bool, M: Media> Follow for TrialPaths<'_, CUTOUTS, M> {
                 position,
                 sequence: numbers.pixel(position),
             };
-            plain.push(self.mean(&self.plain, &pixel, counts, cx).await);
-            told.push(self.mean(&self.told, &pixel, counts, cx).await);
+            plain.push(self.grid.mean(&self.plain, &pixel, counts, cx).await);
+            told.push(self.grid.mean(&self.told, &pixel, counts, cx).await);
         }
     }
 }
 
-impl<'f, const CUTOUTS: bool, M: Media> TrialPaths<'f, CUTOUTS, M> {
+impl TrialGrid {
     /// The mean of all samples of a pixel.
-    async fn mean<P, C>(
+    async fn mean<const CUTOUTS: bool, M: Media, X: Merge, P, C>(
         &self,
-        sampler: &PixelSampler<'f, CUTOUTS, M, Training<'f>, Unmerged>,
+        sampler: &PixelSampler<'_, CUTOUTS, M, Training<'_>, X>,
         pixel: &SampledPixel<'_>,
         counts: &mut RayTally,
         cx: &C,
@@ -122,7 +123,7 @@ impl<'f, const CUTOUTS: bool, M: Media> TrialPaths<'f, CUTOUTS, M> {
         integrator.guide.begin(&mut trail, pixel.position);
         let n_rays_before = n_rays(counts);
         let mut sum = 0.0;
-        for sample_idx in 0..self.grid.n_samples {
+        for sample_idx in 0..self.n_samples {
             let SampleStart { ray, sampler, .. } = sampler.start(pixel, sample_idx);
             let path = integrator.start(ray);
             let out = integrator
@@ -130,7 +131,7 @@ impl<'f, const CUTOUTS: bool, M: Media> TrialPaths<'f, CUTOUTS, M> {
                 .await;
             sum += out.light().luminance();
         }
-        let n_samples = self.grid.n_samples as f32;
+        let n_samples = self.n_samples as f32;
         PictureSample {
             pixel: pixel.position,
             luminance: sum / n_samples,

@@ -28,7 +28,7 @@ pub(crate) use guide::{
     Training, Unguided, n_rays,
 };
 pub(crate) use media::{Air, Boundary, Media, MediumStack};
-pub(crate) use merge::{CausticMerge, Merge, Unmerged};
+pub(crate) use merge::{CausticMerge, FinalGather, Merge, Unmerged};
 pub(crate) use path::PathIntegrator;
 pub(crate) use path_sample::PathSample;
 pub(crate) use question::{Answer, Met, Question};

@@ -257,7 +257,9 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             |t, emitted| {
                 self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, t);
-                let weight = self.merge.weight_of_hit(path, &emitted);
+                let weight = self
+                    .merge
+                    .weight_of_hit(&path.eye, path.segment(), &emitted);
                 path.add_emitted(out, depth, &emitted, passed, weight);
             },
         );
@@ -277,7 +279,9 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             |emitted| {
                 self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, f32::INFINITY);
-                let weight = self.merge.weight_of_hit(path, &emitted);
+                let weight = self
+                    .merge
+                    .weight_of_hit(&path.eye, path.segment(), &emitted);
                 path.add_emitted(out, depth, &emitted, passed, weight);
             },
         );
@@ -354,7 +358,9 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                     .emitted_by_surface(interaction, hit.t, path.receiver(), self.guide);
             if let Some(emitted) = emitted {
                 self.see_emitted(depth, Some(at), &emitted);
-                let weight = self.merge.weight_of_hit(path, &emitted);
+                let weight = self
+                    .merge
+                    .weight_of_hit(&path.eye, path.segment(), &emitted);
                 path.add_emitted(out, depth, &emitted, vertex.passed, weight);
             }
         }

@@ -13,8 +13,18 @@ const MIN_SURVIVAL: f32 = 0.05;
 /// share of light that it would bring then.
 #[inline]
 pub(super) fn survival(depth: u32, throughput: Spectrum) -> f32 {
+    if depth + 1 >= MIN_DEPTH {
+        survival_of(throughput)
+    } else {
+        1.0
+    }
+}
+
+/// The same, however long the path is.
+#[inline]
+pub(super) fn survival_of(throughput: Spectrum) -> f32 {
     let survival = SURVIVAL_PER_THROUGHPUT * throughput.max_channel();
-    if depth + 1 >= MIN_DEPTH && survival < 1.0 {
+    if survival < 1.0 {
         survival.max(MIN_SURVIVAL)
     } else {
         1.0

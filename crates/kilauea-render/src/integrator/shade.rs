@@ -2,7 +2,7 @@
 
 use kilauea_accel::{Ray, Visibility};
 use kilauea_bsdf::SeenBsdf;
-use kilauea_math::PackedSpectrum;
+use kilauea_math::{PackedSpectrum, Spectrum};
 use kilauea_shading::{Scattered, Shade, Surface};
 use kilauea_spot::{Context, Program};
 use std::marker::PhantomData;
@@ -18,7 +18,7 @@ use super::path_light::PathLight;
 use super::path_sample::PathSample;
 use super::question::{Answer, Question};
 use super::ray_counts::RayTally;
-use super::walk::{Path, Vertex, power_heuristic};
+use super::walk::{Path, Segment, Vertex, power_heuristic};
 use crate::sampler::{Purpose, Sampler};
 
 /// A path at a vertex, as the shader there sees it.
@@ -109,6 +109,8 @@ where
         bsdf: &SeenBsdf,
     ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, G, X, W, CUTOUTS> {
         self.see_bsdf(bsdf);
+        let merge = &self.integrator.merge;
+        merge.look_up(self.path, &self.vertex, bsdf, self.sampler);
         self.sample_lights(bsdf).unwrap_or(DirectLight::NOTHING)
     }
 
@@ -154,7 +156,9 @@ where
             passed,
             ..
         } = &self.vertex;
-        if !needs.lights || !bsdf.has_smooth_lobes() {
+        let mut others = None;
+        let (lobes, rest_weight) = X::rest(&self.path.eye).lobes(bsdf, &mut others)?;
+        if !needs.lights || !lobes.has_smooth_lobes() {
             return None;
         }
         let u_choice = if needs.light_choice {
@@ -168,7 +172,7 @@ where
         G::seek(self.trail, lights, receiver, picked.light, self.out);
         let light = lights.sample(picked, receiver, u_light, geometry, textures)?;
         let sample = &light.sample;
-        let eval = bsdf.eval(sample.wi);
+        let eval = lobes.eval(sample.wi);
         self.see(Step::LightSample, || {
             sample.wi.is_finite() && sample.radiance.is_finite() && !sample.pdf.is_nan()
         });
@@ -193,7 +197,7 @@ where
         let hit_pdf = if sample.is_delta {
             0.0
         } else {
-            self.knowledge.pdf(bsdf, sample.wi, eval.pdf)
+            self.knowledge.pdf(lobes, sample.wi, eval.pdf)
         };
         let (merge, eye) = (&self.integrator.merge, &self.path.eye);
         let weight = merge
@@ -205,6 +209,7 @@ where
         let media = &self.path.media;
         let least_priority = media.least_priority(geometry);
         let unabsorbed = media.transmittance(geometry, sample.distance) * *passed;
+        let weight = weight * rest_weight;
         let radiance = sample.radiance * unabsorbed * (weight / sample.pdf);
         self.see(Step::LightSample, || radiance.is_finite());
         let question =
@@ -229,16 +234,28 @@ where
         if depth + 1 == self.integrator.max_depth && !needs.met_lights() {
             return PathLight::NOTHING;
         }
+        let mut others = None;
+        let Some((lobes, weight)) = X::rest(&self.path.eye).lobes(bsdf, &mut others) else {
+            return PathLight::NOTHING;
+        };
         let (knowledge, trail) = (&self.knowledge, &mut *self.trail);
         let light = self
             .path
-            .scatter::<G>(&self.vertex, bsdf, self.sampler, knowledge, trail);
+            .scatter::<G>(&self.vertex, lobes, self.sampler, knowledge, trail);
         self.see_scattered();
         if !light.goes_on {
             return light;
         }
-        let merge = &self.integrator.merge;
-        merge.depart(self.path, &self.vertex, bsdf);
+        let path = &mut *self.path;
+        if weight != 1.0 {
+            path.throughput.scale_last(depth, Spectrum::splat(weight));
+        }
+        if let Some(departure) = &path.departure {
+            let ray = &path.ray;
+            let way = Segment { departure, ray };
+            let merge = &self.integrator.merge;
+            merge.depart(&mut path.eye, way, &self.vertex, bsdf);
+        }
         self.counts.indirect += 1;
         let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);
         *self.next = Some(self.cx.ask(question));

@@ -32,11 +32,18 @@ pub(crate) struct Path<M, E = ()> {
 
 /// The vertex that a ray left, as far as multiple importance sampling needs it.
 #[derive(Clone, Copy)]
-pub(super) struct Departure {
+pub(crate) struct Departure {
     receiver: Receiver,
     /// Density of the direction; irrelevant where no light sampling could have found it.
     pub(super) pdf: f32,
     pub(super) is_delta: bool,
+}
+
+/// A ray on its way from a vertex.
+#[derive(Clone, Copy)]
+pub(crate) struct Segment<'a> {
+    pub(super) departure: &'a Departure,
+    pub(super) ray: &'a Ray,
 }
 
 /// Where a path scatters.
@@ -71,6 +78,14 @@ impl<M: Media, E> Path<M, E> {
     #[inline]
     pub(super) fn receiver(&self) -> Option<Receiver> {
         self.departure.filter(|d| !d.is_delta).map(|d| d.receiver)
+    }
+
+    /// The way from the last vertex; none from the camera.
+    #[inline]
+    pub(super) fn segment(&self) -> Option<Segment<'_>> {
+        let departure = self.departure.as_ref()?;
+        let ray = &self.ray;
+        Some(Segment { departure, ray })
     }
 
     /// Chooses where the path goes on, and whether it does.

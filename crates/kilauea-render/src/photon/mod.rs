@@ -32,7 +32,7 @@ pub use report::{PhotonMemory, PhotonNumbers, PhotonRays, PhotonReport, PhotonTi
 pub(crate) use scatter::adjoint_pdf;
 pub use trace::{PhotonRequest, TracedPhotons, trace_photons};
 pub(crate) use trace::{
-    TracedArrivals, trace_arrivals, trace_caustic_photons, trace_photons_shared,
+    TracedArrivals, trace_arrivals, trace_caustic_photons, trace_irradiance, trace_photons_shared,
 };
 
 /// Roughness from which on a surface keeps photons, and below which scattering is specular for the

@@ -34,6 +34,8 @@ pub struct PhotonRequest {
 pub(super) enum Kept {
     All,
     Caustic,
+    /// What diffuse lobes receive, where there are any.
+    Irradiance,
     /// None, but how light arrives over mirrors, refraction and narrow lobes alone.
     Arrivals,
 }
@@ -43,6 +45,7 @@ impl Kept {
         match self {
             Self::All => PathKind::Photons,
             Self::Caustic => PathKind::CausticPhotons,
+            Self::Irradiance => PathKind::Irradiance,
             Self::Arrivals => PathKind::Arrivals,
         }
     }
@@ -106,6 +109,18 @@ pub(crate) fn trace_caustic_photons(
     share: Option<&dyn PathShare>,
 ) -> Result<TracedPhotons, RenderError> {
     trace_kept(prepared, emitter, request, Kept::Caustic, share)
+}
+
+/// Traces photons whose density is what diffuse lobes receive: each counts for as much as its surface
+/// takes of light from there, so that irradiance times [`kilauea_bsdf::SeenBsdf::diffuse_albedo`] / π is
+/// the radiance that diffuse lobes send on.
+pub(crate) fn trace_irradiance(
+    prepared: &PreparedScene,
+    request: &PhotonRequest,
+    share: Option<&dyn PathShare>,
+) -> Result<TracedPhotons, RenderError> {
+    let emitter = Emitter::new(&prepared.lights, &prepared.geometry, &prepared.textures);
+    trace_kept(prepared, &emitter, request, Kept::Irradiance, share)
 }
 
 /// Traces how light arrives where paths can be aimed at it, from lights that may be aimed

@@ -186,6 +186,12 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             }
             return self.scatter(path, vertex, &bsdf, &seen, sampler);
         }
+        if self.kept == Kept::Irradiance {
+            if !seen.diffuse_albedo().is_black() {
+                left.keep(path.received(vertex, number, &seen));
+            }
+            return self.scatter(path, vertex, &bsdf, &seen, sampler);
+        }
         let is_kept = self.kept == Kept::All || is_caustic;
         if is_kept && seen.max_roughness() >= Some(MIN_ROUGHNESS) {
             if self.kept == Kept::All && is_caustic {
@@ -229,10 +235,11 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             let reverse_pdf = self.reverse_pdf(path, vertex, &scattered);
             let cos_out = scattered.wo.dot(surface.ng).abs();
             path.history.reflected(scattered.pdf, reverse_pdf, cos_out)
-        } else if self.kept != Kept::All {
-            return false;
         } else {
-            History::Scattered
+            match self.kept {
+                Kept::All | Kept::Irradiance => History::Scattered,
+                Kept::Caustic | Kept::Arrivals => return false,
+            }
         };
         let traveller = &mut path.traveller;
         traveller.carried = after / survival;
@@ -245,7 +252,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
     /// narrow lobes are mirrors, whatever else the surface has: no weight depends on the class then.
     fn is_specular(&self, scattered: &ScatteredLight, seen: &SeenBsdf) -> bool {
         match self.kept {
-            Kept::All | Kept::Caustic => is_specular(scattered.is_delta, seen),
+            Kept::All | Kept::Caustic | Kept::Irradiance => is_specular(scattered.is_delta, seen),
             Kept::Arrivals => scattered.roughness < MIN_GUIDED_ROUGHNESS,
         }
     }
@@ -302,6 +309,18 @@ impl<M: Media> LightPath<M> {
             class: self.history.class(),
             path_idx: number,
             depth: u16::try_from(self.depth).unwrap_or(u16::MAX),
+        }
+    }
+
+    /// The photon that stands for what diffuse lobes receive: photons arrive by the area of the true
+    /// surface, and shading has its own cosine (Veach 1997, eq. 5.19).
+    fn received(&self, vertex: &Vertex<'_, M>, number: u32, seen: &SeenBsdf) -> Photon {
+        let photon = self.photon(vertex, number);
+        let cos_true = photon.wi.dot(photon.n);
+        Photon {
+            power: photon.power * (seen.diffuse_reception() / cos_true),
+            class: PhotonClass::Global,
+            ..photon
         }
     }
 

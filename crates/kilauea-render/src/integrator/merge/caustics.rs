@@ -8,7 +8,7 @@ use kilauea_scene::Visibility;
 use super::Merge;
 use crate::geometry::Geometry;
 use crate::integrator::guide::Knowledge;
-use crate::integrator::walk::{Path, Vertex};
+use crate::integrator::walk::{Segment, Vertex};
 use crate::light::{ChosenLight, Emitted, Emitter};
 use crate::photon::{MIN_ROUGHNESS, adjoint_pdf, is_specular};
 
@@ -170,14 +170,17 @@ impl Merge for CausticMerge<'_> {
         eye.gathered.take()
     }
 
-    fn depart<M>(&self, path: &mut Path<M, MergingEye>, vertex: &Vertex<'_, M>, bsdf: &SeenBsdf) {
-        let Some(departure) = path.departure else {
-            return;
-        };
-        let (pdf, is_delta) = (departure.pdf, departure.is_delta);
-        let wi = path.ray.dir;
+    fn depart<M>(
+        &self,
+        eye: &mut MergingEye,
+        way: Segment<'_>,
+        vertex: &Vertex<'_, M>,
+        bsdf: &SeenBsdf,
+    ) {
+        let (pdf, is_delta) = (way.departure.pdf, way.departure.is_delta);
+        let wi = way.ray.dir;
         let is_specular = is_specular(is_delta, bsdf);
-        path.eye.stage = match path.eye.stage {
+        eye.stage = match eye.stage {
             Stage::Specular if is_specular => Stage::Specular,
             Stage::Specular if self.merges_at(vertex, bsdf) => {
                 let cos_out = wi.dot(vertex.interaction.surface.ng).abs();
@@ -197,16 +200,21 @@ impl Merge for CausticMerge<'_> {
         };
     }
 
-    fn weight_of_hit<M>(&self, path: &Path<M, MergingEye>, emitted: &Emitted) -> Option<f32> {
+    fn weight_of_hit(
+        &self,
+        eye: &MergingEye,
+        way: Option<Segment<'_>>,
+        emitted: &Emitted,
+    ) -> Option<f32> {
         let Stage::BehindRough {
             subpath,
             n_specular: 1..,
-        } = path.eye.stage
+        } = eye.stage
         else {
             return None;
         };
-        let departure = path.departure?;
-        let d_light = self.d_light(subpath, emitted.light?, path.ray.origin, path.ray.dir);
+        let Segment { departure, ray } = way?;
+        let d_light = self.d_light(subpath, emitted.light?, ray.origin, ray.dir);
         let connect_pdf = if departure.is_delta { 0.0 } else { emitted.pdf };
         let weight = self
             .merging
@@ -248,6 +256,6 @@ impl Merge for CausticMerge<'_> {
 }
 
 /// A unit normal of a surface on the side of `wo`.
-fn normal_toward(n: Vec3, wo: Vec3) -> Vec3 {
+pub(super) fn normal_toward(n: Vec3, wo: Vec3) -> Vec3 {
     if n.dot(wo) < 0.0 { -n } else { n }
 }

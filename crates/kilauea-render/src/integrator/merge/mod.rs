@@ -1,16 +1,22 @@
 //! Vertices of camera paths that take the light of photons around them.
 
 mod caustics;
+mod final_gather;
+mod rest;
 mod unmerged;
 
 use kilauea_bsdf::SeenBsdf;
 use kilauea_math::Spectrum;
 
 use super::guide::Knowledge;
-use super::walk::{Path, Vertex};
+use super::media::Media;
+use super::walk::{Path, Segment, Vertex};
 use crate::light::{ChosenLight, Emitted};
+use crate::sampler::Sampler;
 
 pub(crate) use caustics::CausticMerge;
+pub(crate) use final_gather::FinalGather;
+pub(crate) use rest::Rest;
 pub(crate) use unmerged::Unmerged;
 
 /// How paths share what they find with photons (Georgiev et al. 2012, "Light Transport Simulation
@@ -21,6 +27,24 @@ pub(crate) trait Merge: Copy + Send + Sync {
 
     /// What a path keeps as it leaves the camera.
     fn start(&self) -> Self::Eye;
+
+    /// Looks up what diffuse lobes scatter at a vertex, where that is known beforehand, before anything
+    /// else is asked there. A shader asks for direct and for indirect light of the same lobes.
+    #[inline(always)]
+    fn look_up<M: Media>(
+        &self,
+        _path: &mut Path<M, Self::Eye>,
+        _vertex: &Vertex<'_, M>,
+        _bsdf: &SeenBsdf,
+        _sampler: &Sampler<'_>,
+    ) {
+    }
+
+    /// By which lobes of the vertex light is still looked for.
+    #[inline(always)]
+    fn rest(_eye: &Self::Eye) -> Rest {
+        Rest::All
+    }
 
     /// Takes the light of photons at a vertex, where the path chooses its direction by `knowledge`;
     /// whether there is any.
@@ -35,11 +59,22 @@ pub(crate) trait Merge: Copy + Send + Sync {
     /// Hands over what was gathered: light scattered by diffuse lobes, and by all others.
     fn take(eye: &mut Self::Eye) -> Option<[Spectrum; 2]>;
 
-    /// The path has left a vertex on its ray.
-    fn depart<M>(&self, path: &mut Path<M, Self::Eye>, vertex: &Vertex<'_, M>, bsdf: &SeenBsdf);
+    /// The path has left a vertex of these lobes.
+    fn depart<M>(
+        &self,
+        eye: &mut Self::Eye,
+        way: Segment<'_>,
+        vertex: &Vertex<'_, M>,
+        bsdf: &SeenBsdf,
+    );
 
-    /// Weight of light that the path's ray meets; none where photons have no share in it.
-    fn weight_of_hit<M>(&self, path: &Path<M, Self::Eye>, emitted: &Emitted) -> Option<f32>;
+    /// Weight of light that the path meets on its way; none where photons have no share in it.
+    fn weight_of_hit(
+        &self,
+        eye: &Self::Eye,
+        way: Option<Segment<'_>>,
+        emitted: &Emitted,
+    ) -> Option<f32>;
 
     /// Weight of light toward which a ray is aimed from a vertex, in a direction that the path chooses
     /// with the density `hit_pdf`; none where photons have no share in it.

@@ -3,7 +3,7 @@ use kilauea_math::Spectrum;
 
 use super::Merge;
 use crate::integrator::guide::Knowledge;
-use crate::integrator::walk::{Path, Vertex};
+use crate::integrator::walk::{Segment, Vertex};
 use crate::light::{ChosenLight, Emitted};
 
 /// There are no photons, at no cost.
@@ -27,10 +27,10 @@ impl Merge for Unmerged {
     }
 
     #[inline(always)]
-    fn depart<M>(&self, _: &mut Path<M, ()>, _: &Vertex<'_, M>, _: &SeenBsdf) {}
+    fn depart<M>(&self, (): &mut (), _: Segment<'_>, _: &Vertex<'_, M>, _: &SeenBsdf) {}
 
     #[inline(always)]
-    fn weight_of_hit<M>(&self, _: &Path<M, ()>, _: &Emitted) -> Option<f32> {
+    fn weight_of_hit(&self, (): &(), _: Option<Segment<'_>>, _: &Emitted) -> Option<f32> {
         None
     }
 
