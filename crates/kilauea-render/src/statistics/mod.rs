@@ -2,6 +2,7 @@
 //! them, the lens, the shutter, and the numbers behind all.
 
 mod camera;
+mod closed_lamps;
 mod faults;
 pub(crate) mod lights;
 pub(crate) mod lit;
