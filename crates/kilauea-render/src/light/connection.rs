@@ -2,7 +2,7 @@ use kilauea_accel::Ray;
 use kilauea_math::Vec3;
 use kilauea_texture::TextureStore;
 
-use super::{ByImportance, InfiniteLight, Lights, Receiver, mesh};
+use super::{ByImportance, InfiniteLight, Lights, Receiver};
 use crate::geometry::Geometry;
 
 impl Lights {
@@ -29,7 +29,13 @@ impl Lights {
                 Some(area) => area
                     .intersect(&Ray::new(receiver.p, wi))
                     .map_or(0.0, |hit| area.pdf(receiver.p, wi, &hit)),
-                None => mesh::pdf(&self.mesh.corners(light, geometry), wi, distance),
+                None => self.mesh.pdf(
+                    light,
+                    &self.mesh.corners(light, geometry),
+                    receiver.p,
+                    -wi,
+                    distance,
+                ),
             },
         };
         pdf * self.probability(light, receiver, ByImportance)

@@ -1,4 +1,4 @@
-//! Emissive meshes: every triangle is a light that emits from both sides.
+//! Emissive meshes: every triangle is a light that emits from both sides, of which one may be hidden.
 //!
 //! Those that move are no lights, nor are emissive curves and points: rays that meet them carry
 //! their light, but none are aimed at them. Neither are those that scattered rays do not meet.
@@ -9,6 +9,8 @@ use kilauea_texture::TextureStore;
 use std::collections::BTreeSet;
 
 use super::LightSample;
+use super::lit_sides::LitSides;
+use super::spherical_triangle::{SphericalTriangle, TrianglePoint};
 use super::tree::LightBounds;
 use crate::geometry::{Geometry, PrimitiveRef, View};
 
@@ -22,6 +24,8 @@ pub(super) struct MeshLights {
     /// Number of the first triangle light.
     pub(super) first_light: u32,
     n_triangles: u32,
+    /// By triangle.
+    lit_sides: Vec<LitSides>,
     /// Prims whose emission is met by chance only.
     unsampled: BTreeSet<u32>,
 }
@@ -38,8 +42,14 @@ pub(super) struct Group {
 }
 
 impl MeshLights {
-    /// `first_light` is the number of the first triangle light.
-    pub(super) fn new(geometry: &Geometry, textures: &TextureStore, first_light: u32) -> Self {
+    /// `first_light` is the number of the first triangle light; `p_camera` is where paths begin, in
+    /// engine space.
+    pub(super) fn new(
+        geometry: &Geometry,
+        textures: &TextureStore,
+        first_light: u32,
+        p_camera: Vec3,
+    ) -> Self {
         let mut lights = Self {
             first_light,
             ..Self::default()
@@ -57,14 +67,28 @@ impl MeshLights {
                     continue;
                 }
                 if is_still && chunk.later_keys.is_empty() {
+                    let chunk_idx = chunk_idx as u32;
                     lights.groups.push(Group {
                         placement,
-                        chunk: chunk_idx as u32,
+                        chunk: chunk_idx,
                         first_triangle: lights.n_triangles,
                         luminance: shader.mean_emission(textures).luminance().max(1e-6),
                         constant: shader.constant_emission().filter(|_| shader.is_opaque()),
                     });
-                    lights.n_triangles += chunk.triangles.len() as u32;
+                    let n_triangles = chunk.triangles.len() as u32;
+                    lights.n_triangles += n_triangles;
+                    let corners = (0..n_triangles).map(|primitive| {
+                        geometry.corners(PrimitiveRef {
+                            placement,
+                            chunk: chunk_idx,
+                            primitive,
+                        })
+                    });
+                    lights.lit_sides.extend(if shader.is_opaque() {
+                        LitSides::of_mesh(&corners.collect::<Vec<_>>(), p_camera)
+                    } else {
+                        vec![LitSides::Both; n_triangles as usize]
+                    });
                 } else {
                     lights.unsampled.insert(chunk.prim_idx);
                 }
@@ -85,7 +109,9 @@ impl MeshLights {
 
     /// Bytes held.
     pub(super) fn n_bytes(&self) -> usize {
-        size_of_val(&self.groups[..]) + size_of_val(&self.first_group[..])
+        size_of_val(&self.groups[..])
+            + size_of_val(&self.first_group[..])
+            + size_of_val(&self.lit_sides[..])
     }
 
     /// The number of the light that a triangle is, if it emits.
@@ -108,13 +134,18 @@ impl MeshLights {
             let (at, group) = self.triangle(i);
             let [a, b, c] = geometry.corners(at);
             let area_vector = 0.5 * (b - a).cross(c - a);
+            let lit_sides = self.lit_sides[i as usize];
+            let axis = match lit_sides {
+                LitSides::Both | LitSides::Front => area_vector,
+                LitSides::Back => -area_vector,
+            };
             LightBounds {
                 bounds: Bounds3::from_points([a, b, c]),
                 power: group.luminance * area_vector.length(),
-                axis: area_vector.normalize_or(Vec3::Z),
+                axis: axis.normalize_or(Vec3::Z),
                 cos_normals: 1.0,
                 cos_emission: 0.0,
-                is_two_sided: true,
+                is_two_sided: lit_sides == LitSides::Both,
             }
         })
     }
@@ -129,21 +160,28 @@ impl MeshLights {
         textures: &TextureStore,
     ) -> Option<LightSample> {
         let (at, group) = self.triangle(light - self.first_light);
-        let weights = warp::uniform_triangle(u);
         let corners = geometry.corners(at);
-        let [a, b, c] = corners;
-        let q = a + weights.x * (b - a) + weights.y * (c - a);
-        let to_light = q - p;
-        let distance = to_light.length();
-        let wi = to_light / distance;
-        let pdf = pdf(&corners, -wi, distance);
+        if !self.lit_sides(light).face(&corners, p) {
+            return None;
+        }
+        let near = SphericalTriangle::new(&corners, p);
+        let TrianglePoint { weights, to_point } = match &near {
+            Some(near) => near.sample(u),
+            None => point_by_area(&corners, p, u),
+        };
+        let distance = to_point.length();
+        let wi = to_point / distance;
+        let pdf = match near {
+            Some(near) => near.pdf(),
+            None => pdf_by_area(&corners, -wi, distance),
+        };
         if !pdf.is_finite() || pdf <= 0.0 {
             return None;
         }
         let radiance = group.constant.unwrap_or_else(|| {
             let view = View {
                 uv: weights,
-                p_ray: q,
+                p_ray: p + to_point,
                 wo: -wi,
                 time: 0.0,
                 footprint: 0.0,
@@ -161,10 +199,34 @@ impl MeshLights {
         })
     }
 
+    /// Density per solid angle with which [`Self::sample`] at `p` chooses the direction from which the
+    /// unit direction `wo` leaves a triangle light with these corners, over a distance.
+    #[inline]
+    pub(super) fn pdf(
+        &self,
+        light: u32,
+        corners: &[Vec3; 3],
+        p: Vec3,
+        wo: Vec3,
+        distance: f32,
+    ) -> f32 {
+        if !self.lit_sides(light).face(corners, p) {
+            return 0.0;
+        }
+        match SphericalTriangle::new(corners, p) {
+            Some(near) => near.pdf(),
+            None => pdf_by_area(corners, wo, distance),
+        }
+    }
+
     /// Corner points of a triangle light.
     pub(super) fn corners(&self, light: u32, geometry: &Geometry) -> [Vec3; 3] {
         let (at, _) = self.triangle(light - self.first_light);
         geometry.corners(at)
+    }
+
+    fn lit_sides(&self, light: u32) -> LitSides {
+        self.lit_sides[(light - self.first_light) as usize]
     }
 
     pub(super) fn triangle(&self, idx: u32) -> (PrimitiveRef, &Group) {
@@ -178,10 +240,19 @@ impl MeshLights {
     }
 }
 
-/// Density per solid angle of a point chosen evenly on a triangle, at a distance, where the unit
-/// direction `wo` leaves it.
-#[inline]
-pub(super) fn pdf(corners: &[Vec3; 3], wo: Vec3, distance: f32) -> f32 {
+/// A point chosen evenly on a triangle, seen from `p`.
+fn point_by_area(corners: &[Vec3; 3], p: Vec3, u: Vec2) -> TrianglePoint {
+    let [a, b, c] = *corners;
+    let weights = warp::uniform_triangle(u);
+    let q = a + weights.x * (b - a) + weights.y * (c - a);
+    TrianglePoint {
+        weights,
+        to_point: q - p,
+    }
+}
+
+/// Density per solid angle of a point chosen evenly on a triangle.
+fn pdf_by_area(corners: &[Vec3; 3], wo: Vec3, distance: f32) -> f32 {
     let [a, b, c] = *corners;
     let area_cosine = 0.5 * (b - a).cross(c - a).dot(wo).abs();
     distance * distance / area_cosine

@@ -15,15 +15,17 @@ mod emission_density;
 mod emit;
 mod light_choice;
 mod lit_box;
+mod lit_sides;
 mod mesh;
 mod mesh_emission;
 mod places;
 mod spherical_rect;
+mod spherical_triangle;
 mod tree;
 mod walk;
 
 use kilauea_accel::Ray;
-use kilauea_math::{Bounds3, Spectrum, Vec2, Vec3};
+use kilauea_math::{Bounds3, DVec3, Spectrum, Vec2, Vec3};
 use kilauea_scene::{LightShape, Scene};
 use kilauea_texture::TextureStore;
 use std::f32::consts::PI;
@@ -141,7 +143,9 @@ impl Lights {
                 _ => DistantLight::new(light).map(InfiniteLight::Distant),
             })
             .collect();
-        let mesh = MeshLights::new(geometry, textures, area.len() as u32);
+        let eye_world = scene.camera.world_from_camera.transform_point3(DVec3::ZERO);
+        let p_camera = (eye_world - scene.origin_world).as_vec3();
+        let mesh = MeshLights::new(geometry, textures, area.len() as u32, p_camera);
         let bounds: Vec<Bounds3> = area.iter().map(AreaLight::bounds).collect();
         let n_finite = area.len() + mesh.len();
         let tree_entries = area
@@ -310,18 +314,17 @@ impl Lights {
         if !interaction.shader.is_emissive() {
             return None;
         }
-        let radiance = interaction.shader.emission(&interaction.surface);
+        let surface = &interaction.surface;
+        let radiance = interaction.shader.emission(surface);
         if radiance.is_black() {
             return None;
         }
         let light = self.mesh.light_of(interaction.at);
         let pdf = receiver.zip(light).map_or(0.0, |(r, light)| {
             self.probability(light, r, chooser)
-                * mesh::pdf(
-                    &interaction.surface.corners,
-                    interaction.surface.wo,
-                    distance,
-                )
+                * self
+                    .mesh
+                    .pdf(light, &surface.corners, r.p, surface.wo, distance)
         });
         Some(Emitted {
             radiance,
