@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 
 use super::LightSample;
 use super::lit_sides::LitSides;
+use super::spherical_triangle::{SphericalTriangle, TrianglePoint};
 use super::tree::LightBounds;
 use crate::geometry::{Geometry, PrimitiveRef, View};
 
@@ -163,20 +164,24 @@ impl MeshLights {
         if !self.lit_sides(light).face(&corners, p) {
             return None;
         }
-        let weights = warp::uniform_triangle(u);
-        let [a, b, c] = corners;
-        let q = a + weights.x * (b - a) + weights.y * (c - a);
-        let to_light = q - p;
-        let distance = to_light.length();
-        let wi = to_light / distance;
-        let pdf = pdf_by_area(&corners, -wi, distance);
+        let near = SphericalTriangle::new(&corners, p);
+        let TrianglePoint { weights, to_point } = match &near {
+            Some(near) => near.sample(u),
+            None => point_by_area(&corners, p, u),
+        };
+        let distance = to_point.length();
+        let wi = to_point / distance;
+        let pdf = match near {
+            Some(near) => near.pdf(),
+            None => pdf_by_area(&corners, -wi, distance),
+        };
         if !pdf.is_finite() || pdf <= 0.0 {
             return None;
         }
         let radiance = group.constant.unwrap_or_else(|| {
             let view = View {
                 uv: weights,
-                p_ray: q,
+                p_ray: p + to_point,
                 wo: -wi,
                 time: 0.0,
                 footprint: 0.0,
@@ -208,7 +213,10 @@ impl MeshLights {
         if !self.lit_sides(light).face(corners, p) {
             return 0.0;
         }
-        pdf_by_area(corners, wo, distance)
+        match SphericalTriangle::new(corners, p) {
+            Some(near) => near.pdf(),
+            None => pdf_by_area(corners, wo, distance),
+        }
     }
 
     /// Corner points of a triangle light.
@@ -229,6 +237,17 @@ impl MeshLights {
             primitive: idx - group.first_triangle,
         };
         (at, group)
+    }
+}
+
+/// A point chosen evenly on a triangle, seen from `p`.
+fn point_by_area(corners: &[Vec3; 3], p: Vec3, u: Vec2) -> TrianglePoint {
+    let [a, b, c] = *corners;
+    let weights = warp::uniform_triangle(u);
+    let q = a + weights.x * (b - a) + weights.y * (c - a);
+    TrianglePoint {
+        weights,
+        to_point: q - p,
     }
 }
 

@@ -20,6 +20,7 @@ mod mesh;
 mod mesh_emission;
 mod places;
 mod spherical_rect;
+mod spherical_triangle;
 mod tree;
 mod walk;
 

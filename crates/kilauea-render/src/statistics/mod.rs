@@ -7,4 +7,5 @@ mod faults;
 pub(crate) mod lights;
 pub(crate) mod lit;
 mod many_lights;
+mod near_triangles;
 mod numbers;
