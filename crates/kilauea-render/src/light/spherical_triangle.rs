@@ -8,8 +8,8 @@
 use kilauea_math::{DVec3, Vec2, Vec3};
 
 /// Squared distance over squared longest edge from which on a triangle is far: distance then varies
-/// by little over it.
-const FAR: f32 = 4.0;
+/// by less over it.
+const FAR: f32 = 1.0;
 
 /// Height above the plane, by the largest coordinate, below which rounded coordinates do not tell on
 /// which side of the triangle a point is. Such points are on the triangle itself or beside it.
