@@ -42,7 +42,13 @@ def draw(rows: list[dict[str, Any]], stem: Path) -> None:
         measured = [row["seconds"] for row in line]
         axes.plot(workers, measured, "o", color="#c62828", label="measured")
         axes.plot(workers, [row["predicted"] for row in line], "-", label="simulated")
-        axes.plot(workers, [measured[0] * workers[0] / n for n in workers], ":", color="#777777", label="ideal")
+        axes.plot(
+            workers,
+            [measured[0] * workers[0] / n for n in workers],
+            ":",
+            color="#777777",
+            label="ideal",
+        )
         axes.set_title(title(*network), fontsize=9)
         axes.set_xticks(workers)
         axes.set_xlabel("workers")
