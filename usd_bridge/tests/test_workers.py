@@ -179,7 +179,8 @@ def test_workers_stay_from_frame_to_frame(tmp_path):
     ]
 
     def render_all(*flags):
-        flags = " ".join(map(str, ("-r", 96, 64, "-j", 1, "-p", 1, *flags)))
+        # Long enough for both workers to have a part in it: one that has not started yet goes.
+        flags = " ".join(map(str, ("-r", 96, 64, "-j", 1, "-p", 64, *flags)))
         lines = "\n".join(commands).format(flags, flags)
         argv = [COMMAND, "console", BOX]
         subprocess.run(argv, input=lines, check=True, timeout=120, text=True)
