@@ -42,7 +42,7 @@ def sentence(report: Report) -> str:
     best, worst = min(ratios, key=ratios.__getitem__), max(ratios, key=ratios.__getitem__)
     return (
         f"relMSE over that of Cycles at equal time ({name}): {geometric_mean(ratios.values()):.2f} "
-        f"in the geometric mean of {len(ratios)} stages, from {ratios[best]:.2g} ({best}) to "
+        f"in the geometric mean of {len(ratios)} stages, from {ratios[best]:#.2g} ({best}) to "
         f"{ratios[worst]:.2f} ({worst}). Below 1, ours is better."
     )
 
