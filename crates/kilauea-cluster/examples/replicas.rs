@@ -19,8 +19,7 @@ use std::time::Duration;
 use chaos::{Proxy, Way};
 use kilauea_cluster::{ClusterOptions, Ticket, WorkerKind, run_worker_for, scene_to_bytes};
 use kilauea_sim::{ReplicaLink, ReplicaModel};
-use measured::{Outcome, Shot};
-use serde_json::json;
+use measured::{Outcome, Row, Shot, bytes_per_sec};
 
 /// Megabytes a second and milliseconds one way; 0 for a network that does not matter.
 const NETWORKS: [(f64, f64); 5] = [(0.0, 0.0), (4.0, 0.0), (1.0, 0.0), (0.0, 50.0), (2.0, 20.0)];
@@ -59,23 +58,17 @@ fn main() -> Outcome<()> {
             for _ in 0..n_runs {
                 seconds = seconds.min(render(&shot, n_workers, link)?);
             }
-            let predicted = model.frame().seconds;
-            eprintln!(
-                "{megabytes} MB/s, {delay_ms} ms, {n_workers} workers: {seconds:.3} s, \
-                 predicted {predicted:.3} s, {:+.1} %",
-                100.0 * (predicted / seconds - 1.0)
-            );
-            rows.push(json!({
-                "megabytes_per_sec": megabytes,
-                "delay_ms": delay_ms,
-                "workers": n_workers,
-                "seconds": seconds,
-                "predicted": predicted,
-            }));
+            let row = Row {
+                megabytes,
+                delay_ms,
+                n_workers,
+                seconds,
+                predicted: model.frame().seconds,
+            };
+            rows.push(row.told());
         }
     }
-    println!("{}", serde_json::to_string_pretty(&rows)?);
-    Ok(())
+    measured::print(&rows)
 }
 
 fn options(n_workers: usize) -> ClusterOptions {
@@ -85,11 +78,7 @@ fn options(n_workers: usize) -> ClusterOptions {
 
 fn link(megabytes: f64, delay_ms: f64) -> ReplicaLink {
     ReplicaLink {
-        bytes_per_sec: if megabytes > 0.0 {
-            1e6 * megabytes
-        } else {
-            f64::INFINITY
-        },
+        bytes_per_sec: bytes_per_sec(megabytes),
         delay_secs: 1e-3 * delay_ms,
     }
 }

@@ -21,7 +21,6 @@ mod spread_stage;
 use std::path::PathBuf;
 
 use measured::Outcome;
-use serde_json::json;
 
 /// What is asked for.
 pub(crate) struct Asked {
@@ -29,15 +28,6 @@ pub(crate) struct Asked {
     pub(crate) n_runs: usize,
     pub(crate) n_hosts: Vec<usize>,
     pub(crate) n_cores: usize,
-}
-
-/// Frames of one kind.
-pub(crate) struct Row {
-    /// A second, of each host either way; 0 is as fast as can be.
-    pub(crate) megabytes: f64,
-    pub(crate) n_hosts: usize,
-    pub(crate) seconds: f64,
-    pub(crate) predicted: f64,
 }
 
 fn main() -> Outcome<()> {
@@ -59,42 +49,5 @@ fn main() -> Outcome<()> {
         "sets" => sets::rows(&asked)?,
         other => return Err(format!("{other} is neither replicas nor sets").into()),
     };
-    let rows = rows.iter().map(|row| {
-        json!({
-            "megabytes_per_sec": row.megabytes,
-            "delay_ms": 0.0,
-            "workers": row.n_hosts,
-            "seconds": row.seconds,
-            "predicted": row.predicted,
-        })
-    });
-    println!(
-        "{}",
-        serde_json::to_string_pretty(&rows.collect::<Vec<_>>())?
-    );
-    Ok(())
-}
-
-impl Row {
-    /// Tells what there is already: all of it takes minutes.
-    pub(crate) fn told(self) -> Self {
-        eprintln!(
-            "{} MB/s, {} hosts: {:.3} s, predicted {:.3} s, {:+.1} %",
-            self.megabytes,
-            self.n_hosts,
-            self.seconds,
-            self.predicted,
-            100.0 * (self.predicted / self.seconds - 1.0)
-        );
-        self
-    }
-}
-
-/// What simulators are told of a link.
-pub(crate) fn bytes_per_sec(megabytes: f64) -> f64 {
-    if megabytes > 0.0 {
-        1e6 * megabytes
-    } else {
-        f64::INFINITY
-    }
+    measured::print(&rows)
 }

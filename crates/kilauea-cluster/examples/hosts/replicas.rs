@@ -5,9 +5,9 @@ use std::path::Path;
 use kilauea_cluster::{ClusterOptions, WorkerKind, scene_to_bytes};
 use kilauea_sim::{ReplicaLink, ReplicaModel};
 
-use crate::measured::{Outcome, Shot};
+use crate::Asked;
+use crate::measured::{Outcome, Row, Shot, bytes_per_sec};
 use crate::namespaces::{CONSOLE, Hosts};
-use crate::{Asked, Row, bytes_per_sec};
 
 /// Connecting, then the challenge and the two hellos.
 const N_ROUND_TRIPS: f64 = 1.0;
@@ -52,7 +52,8 @@ pub(crate) fn rows(asked: &Asked) -> Outcome<Vec<Row>> {
             }
             let row = Row {
                 megabytes,
-                n_hosts,
+                delay_ms: 0.0,
+                n_workers: n_hosts,
                 seconds,
                 predicted: model.frame().seconds,
             };

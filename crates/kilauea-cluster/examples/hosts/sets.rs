@@ -17,10 +17,10 @@ use kilauea_scene::RenderSettings;
 use kilauea_sim::{Batching, Machine, RaySizes, RayTrace, SetModel, TracedRay};
 use kilauea_tests::Stage;
 
-use crate::measured::{Outcome, Shot, Timed, working_secs};
+use crate::Asked;
+use crate::measured::{Outcome, Row, Shot, Timed, bytes_per_sec, working_secs};
 use crate::namespaces::{CONSOLE, Hosts};
 use crate::spread_stage::many_spheres;
-use crate::{Asked, Row, bytes_per_sec};
 
 /// Megabytes a second of each host; 0 is as fast as can be.
 const NETWORKS: [f64; 3] = [0.0, 16.0, 4.0];
@@ -59,7 +59,8 @@ pub(crate) fn rows(asked: &Asked) -> Outcome<Vec<Row>> {
             let n_others = *n_others.get_or_insert(others_per_ray(&timed)?);
             let row = Row {
                 megabytes,
-                n_hosts,
+                delay_ms: 0.0,
+                n_workers: n_hosts,
                 seconds: working_secs(&timed),
                 predicted: known.seconds(n_hosts, n_others, bytes_per_sec(megabytes)),
             };

@@ -12,6 +12,7 @@ use kilauea_cluster::{ClusterJob, ClusterOptions, ClusterResult, Ticket};
 use kilauea_scene::{RenderSettings, Scene};
 use kilauea_sim::UnitCost;
 use kilauea_tests::{Stage, rect_light};
+use serde::Serialize;
 
 pub(crate) type Outcome<T> = Result<T, Box<dyn Error>>;
 
@@ -32,6 +33,20 @@ pub(crate) struct Measured {
 pub(crate) struct UnitShare {
     n_rays: f64,
     result_bytes: f64,
+}
+
+/// What frames of one kind took, beside what the simulator says.
+#[derive(Serialize)]
+pub(crate) struct Row {
+    /// A second, on each link either way; 0 is as fast as can be.
+    #[serde(rename = "megabytes_per_sec")]
+    pub(crate) megabytes: f64,
+    /// One way.
+    pub(crate) delay_ms: f64,
+    #[serde(rename = "workers")]
+    pub(crate) n_workers: usize,
+    pub(crate) seconds: f64,
+    pub(crate) predicted: f64,
 }
 
 /// A frame, from its start to its last result.
@@ -135,6 +150,40 @@ impl UnitShare {
             secs: self.n_rays * secs_per_ray,
             result_bytes: self.result_bytes,
         }
+    }
+}
+
+impl Row {
+    /// Tells what there is already: all of it takes minutes.
+    pub(crate) fn told(self) -> Self {
+        let Self {
+            megabytes,
+            delay_ms,
+            n_workers,
+            seconds,
+            predicted,
+        } = self;
+        eprintln!(
+            "{megabytes} MB/s, {delay_ms} ms, {n_workers} workers: {seconds:.3} s, \
+             predicted {predicted:.3} s, {:+.1} %",
+            100.0 * (predicted / seconds - 1.0)
+        );
+        self
+    }
+}
+
+/// Prints what `pipeline/plot_replicas.py` and others read.
+pub(crate) fn print(rows: &[Row]) -> Outcome<()> {
+    println!("{}", serde_json::to_string_pretty(rows)?);
+    Ok(())
+}
+
+/// What simulators are told of a link.
+pub(crate) fn bytes_per_sec(megabytes: f64) -> f64 {
+    if megabytes > 0.0 {
+        1e6 * megabytes
+    } else {
+        f64::INFINITY
     }
 }
 
