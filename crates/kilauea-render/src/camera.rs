@@ -23,6 +23,11 @@ pub(crate) struct RayGenerator {
     width: f32,
 }
 
+/// Where paths through the middle of the lens begin, engine space.
+pub(crate) fn eye(world_from_camera: &DMat4, origin_world: DVec3) -> Vec3 {
+    (world_from_camera.transform_point3(DVec3::ZERO) - origin_world).as_vec3()
+}
+
 /// Eye and unit axes of the camera, engine space.
 #[derive(Clone, Copy, Debug)]
 struct Pose {
@@ -37,7 +42,7 @@ impl Pose {
         let m = world_from_camera;
         let axis = |v: DVec3| m.transform_vector3(v).as_vec3();
         Self {
-            eye: (m.transform_point3(DVec3::ZERO) - origin_world).as_vec3(),
+            eye: eye(m, origin_world),
             right: axis(DVec3::X).normalize_or(Vec3::X),
             up: axis(DVec3::Y).normalize_or(Vec3::Y),
             forward: axis(DVec3::NEG_Z).normalize_or(Vec3::NEG_Z),

@@ -104,13 +104,13 @@ impl PreparedScene {
         }
         warnings.extend(geometry.left_out());
         warnings.extend(set.iter().flat_map(Set::left_out));
-        let lights = Lights::new(&scene, &geometry, &textures);
+        let camera = scene.camera.clone();
+        let lights = Lights::new(&scene, &camera, &geometry, &textures);
         for prim_idx in lights.unsampled_prims() {
             let path = scene.prim_path(prim_idx);
             let what = "emits and moves: its light is found by chance only";
             warnings.push(format!("{path}: {what}"));
         }
-        let camera = scene.camera.clone();
         let needs = SceneNeeds::of(&scene, &camera, &geometry, &lights);
         Self {
             scene,
@@ -126,12 +126,15 @@ impl PreparedScene {
         }
     }
 
-    /// Has the scene seen from elsewhere. Nothing else depends on the camera.
+    /// Has the scene seen from elsewhere.
     ///
     /// # Errors
     /// A number of the camera is not finite.
     pub fn set_camera(&mut self, camera: Camera) -> Result<(), RenderError> {
         camera.check()?;
+        if self.lights.depend_on_camera() {
+            self.lights = Lights::new(&self.scene, &camera, &self.geometry, &self.textures);
+        }
         self.needs = SceneNeeds::of(&self.scene, &camera, &self.geometry, &self.lights);
         self.camera = camera;
         Ok(())

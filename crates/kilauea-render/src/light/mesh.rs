@@ -225,6 +225,11 @@ impl MeshLights {
         geometry.corners(at)
     }
 
+    /// Whether light is looked for on one side only of some, that of the camera.
+    pub(super) fn has_hidden_sides(&self) -> bool {
+        self.lit_sides.iter().any(|&sides| sides != LitSides::Both)
+    }
+
     fn lit_sides(&self, light: u32) -> LitSides {
         self.lit_sides[(light - self.first_light) as usize]
     }

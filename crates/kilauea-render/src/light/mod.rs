@@ -25,11 +25,12 @@ mod tree;
 mod walk;
 
 use kilauea_accel::Ray;
-use kilauea_math::{Bounds3, DVec3, Spectrum, Vec2, Vec3};
-use kilauea_scene::{LightShape, Scene};
+use kilauea_math::{Bounds3, Spectrum, Vec2, Vec3};
+use kilauea_scene::{Camera, LightShape, Scene};
 use kilauea_texture::TextureStore;
 use std::f32::consts::PI;
 
+use crate::camera::eye;
 use crate::geometry::{Geometry, Interaction};
 pub(crate) use aim::CausticRay;
 use area::AreaLight;
@@ -124,8 +125,13 @@ impl Receiver {
 }
 
 impl Lights {
-    /// Prepares all lights.
-    pub fn new(scene: &Scene, geometry: &Geometry, textures: &TextureStore) -> Self {
+    /// Prepares all lights, as they are seen by `camera`.
+    pub fn new(
+        scene: &Scene,
+        camera: &Camera,
+        geometry: &Geometry,
+        textures: &TextureStore,
+    ) -> Self {
         let area: Vec<AreaLight> = scene
             .lights
             .iter()
@@ -143,8 +149,7 @@ impl Lights {
                 _ => DistantLight::new(light).map(InfiniteLight::Distant),
             })
             .collect();
-        let eye_world = scene.camera.world_from_camera.transform_point3(DVec3::ZERO);
-        let p_camera = (eye_world - scene.origin_world).as_vec3();
+        let p_camera = eye(&camera.world_from_camera, scene.origin_world);
         let mesh = MeshLights::new(geometry, textures, area.len() as u32, p_camera);
         let bounds: Vec<Bounds3> = area.iter().map(AreaLight::bounds).collect();
         let n_finite = area.len() + mesh.len();
@@ -162,6 +167,11 @@ impl Lights {
             mesh,
             infinite,
         }
+    }
+
+    /// Whether they are others where they are seen from elsewhere.
+    pub(crate) fn depend_on_camera(&self) -> bool {
+        self.mesh.has_hidden_sides()
     }
 
     /// Number of lights and emissive triangles.

@@ -1,6 +1,7 @@
 //! Emissive meshes that are closed: light is looked for on the side that the camera sees.
 
-use kilauea_math::{Vec2, Vec3, warp};
+use kilauea_math::{DMat4, Vec2, Vec3, warp};
+use kilauea_scene::Camera;
 use kilauea_testing::uniforms;
 
 use super::lit::{Lit, Sees, prepare, share_not_found};
@@ -39,6 +40,25 @@ fn nothing_is_drawn_that_the_lamp_itself_hides() {
             let share = share_not_found(&seen_from(&lamp, p, n), 0);
             assert!(share < 2e-3, "{p}: {share}");
         }
+    }
+}
+
+/// As it is in a worker that stays for the next frame.
+#[test]
+fn a_camera_that_moves_inside_has_the_light_there_looked_for() {
+    for mut lamp in lamps() {
+        let inside = Vec3::new(0.05, 0.0, 2.05);
+        let is_looked_for = |lamp: &PreparedScene| {
+            let seen = seen_from(lamp, inside, Vec3::Z);
+            (0..100).any(|i| seen.sample(uniforms(43, i)).is_some())
+        };
+        assert!(!is_looked_for(&lamp));
+        let camera = Camera {
+            world_from_camera: DMat4::from_translation(inside.as_dvec3()),
+            ..lamp.camera.clone()
+        };
+        lamp.set_camera(camera).expect("finite");
+        assert!(is_looked_for(&lamp));
     }
 }
 
