@@ -4,13 +4,11 @@ use kilauea_gather::PictureEstimate;
 
 use super::IrradianceCache;
 use crate::RenderError;
-use crate::follow::{Workforce, follow_some};
 use crate::frame::Frame;
 use crate::gather::trial::{TrialGrid, TrialPaths, Tried};
 use crate::gather::{GatherEstimate, relative_cost};
 use crate::integrator::{Guided, Notes, Training, Unmerged};
 use crate::samples::PixelSampler;
-use crate::share::{PathKind, PathPass, follow_shared};
 
 /// Time of a ray of a path that looks irradiance up, over that of one of another path (decision 027).
 const GATHERING_COST: f32 = 1.4;
@@ -77,28 +75,14 @@ impl Frame {
             },
             grid: &grid,
         };
-        let pass = PathPass {
-            kind: PathKind::Trial,
-            seed: grid.pixels.seed,
-            n_paths: grid.pixels.n_blocks,
-        };
-        let workforce = Workforce::inline(self.n_threads);
-        let tracer = self.tracer::<true>();
-        let followed = follow_shared(self.path_share(), pass, |blocks| {
-            follow_some(&paths, blocks, &tracer, workforce)
-        });
-        let mut all = Tried::default();
-        match followed {
-            Ok(followed) => {
-                for tried in followed {
-                    self.lock_outcome().counts.add(tried.counts);
-                    all.plain.extend(tried.plain);
-                    all.told.extend(tried.told);
-                }
+        let tried = match paths.run(&self.tracer()) {
+            Ok(tried) => tried,
+            Err(error) => {
+                self.stopped_by(error)?;
+                Tried::default()
             }
-            Err(error) => self.stopped_by(error)?,
-        }
-        Ok(self.benefit(&grid, &all, irradiance.n_rays))
+        };
+        Ok(self.benefit(&grid, &tried, irradiance.n_rays))
     }
 
     fn benefit(&self, grid: &TrialGrid, tried: &Tried, n_photon_rays: u64) -> Option<Benefit> {

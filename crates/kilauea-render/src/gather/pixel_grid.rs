@@ -1,17 +1,21 @@
 use kilauea_math::hash::combine;
 use kilauea_scene::DataWindow;
+use kilauea_spot::{RunError, Wire};
 
+use crate::follow::{Follow, Workforce, follow_some};
 use crate::frame::Frame;
+use crate::integrator::RayTracer;
+use crate::share::{PathKind, PathPass, follow_shared};
 
 /// Square blocks of pixels, of which one pixel each is looked at, by chance.
-pub(crate) struct PixelGrid {
+pub(super) struct PixelGrid {
     min: [i32; 2],
     max: [i32; 2],
     /// Pixels on the side of a block.
     stride: i32,
     n_columns: u32,
-    pub(crate) n_blocks: u32,
-    pub(crate) seed: u32,
+    pub(super) n_blocks: u32,
+    seed: u32,
 }
 
 impl PixelGrid {
@@ -30,6 +34,25 @@ impl PixelGrid {
             n_blocks: n_columns * n_rows,
             seed,
         }
+    }
+
+    /// Follows the paths of all blocks, together with those who render the same frame.
+    pub(super) fn follow<F: Follow<Left: Wire>, const CUTOUTS: bool>(
+        &self,
+        paths: &F,
+        kind: PathKind,
+        frame: &Frame,
+        tracer: &RayTracer<'_, CUTOUTS>,
+    ) -> Result<Vec<F::Left>, RunError> {
+        let pass = PathPass {
+            kind,
+            seed: self.seed,
+            n_paths: self.n_blocks,
+        };
+        let workforce = Workforce::inline(frame.n_threads);
+        follow_shared(frame.path_share(), pass, |blocks| {
+            follow_some(paths, blocks, tracer, workforce)
+        })
     }
 
     /// Column and row of the pixel of a block.

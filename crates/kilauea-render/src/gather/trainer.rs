@@ -1,14 +1,12 @@
 use kilauea_gather::{ChoiceField, ChoiceRecords, GatherField, GatherRecord, PictureSample};
-use kilauea_spot::{RunError, Wire};
+use kilauea_spot::RunError;
 
-use super::pixel_grid::PixelGrid;
 use super::training_pass::{TrainingGrid, TrainingPaths};
 use super::trial::{TrialGrid, TrialPaths, Tried};
-use crate::follow::{Follow, Workforce, follow_some};
 use crate::frame::Frame;
 use crate::integrator::{Guided, Media, Notes, PathIntegrator, RayTracer, Training, Unmerged};
 use crate::samples::PixelSampler;
-use crate::share::{PathKind, PathPass, follow_shared};
+use crate::share::PathKind;
 
 /// Runs training passes, and keeps what they find.
 pub(super) struct Trainer<'f, 'a, const CUTOUTS: bool, M> {
@@ -77,7 +75,10 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
             grid: &grid,
         };
         let mut samples = Vec::new();
-        for trained in self.follow(&paths, PathKind::Training, &grid.pixels)? {
+        let followed = grid
+            .pixels
+            .follow(&paths, PathKind::Training, self.frame, self.tracer)?;
+        for trained in followed {
             self.frame.lock_outcome().counts.add(trained.counts);
             self.records.extend(trained.records);
             self.choices.append(&trained.choices);
@@ -98,31 +99,7 @@ impl<'f, 'a, const CUTOUTS: bool, M: Media> Trainer<'f, 'a, CUTOUTS, M> {
             told: sampler(Some(Guided::by_lights(field))),
             grid: &grid,
         };
-        let mut all = Tried::default();
-        for tried in self.follow(&paths, PathKind::Trial, &grid.pixels)? {
-            self.frame.lock_outcome().counts.add(tried.counts);
-            all.plain.extend(tried.plain);
-            all.told.extend(tried.told);
-        }
-        Ok(all)
-    }
-
-    /// Follows the paths of all blocks, together with those who render the same frame.
-    fn follow<F: Follow<Left: Wire>>(
-        &self,
-        paths: &F,
-        kind: PathKind,
-        pixels: &PixelGrid,
-    ) -> Result<Vec<F::Left>, RunError> {
-        let pass = PathPass {
-            kind,
-            seed: pixels.seed,
-            n_paths: pixels.n_blocks,
-        };
-        let workforce = Workforce::inline(self.frame.n_threads);
-        follow_shared(self.frame.path_share(), pass, |blocks| {
-            follow_some(paths, blocks, self.tracer, workforce)
-        })
+        paths.run(self.tracer)
     }
 
     /// A field of all records.

@@ -5,17 +5,19 @@
 
 use kilauea_gather::{PathError, PictureEstimate, PictureSample};
 use kilauea_math::hash::combine;
-use kilauea_spot::{Context, Program};
+use kilauea_spot::{Context, Program, RunError};
 
 use super::pixel_grid::PixelGrid;
 use crate::follow::Follow;
 use crate::frame::Frame;
 use crate::integrator::{
-    Answer, Guide, Media, Merge, PathTrail, Question, RayTally, Training, Unmerged, n_rays,
+    Answer, Guide, Media, Merge, PathTrail, Question, RayTally, RayTracer, Training, Unmerged,
+    n_rays,
 };
 use crate::program::StopOnPanic;
 use crate::sampler::SamplerTables;
 use crate::samples::{PixelSampler, SampleStart, SampledPixel};
+use crate::share::PathKind;
 
 /// Share of a frame's paths in a trial.
 const TRIAL_SHARE: f64 = 1.0 / 64.0;
@@ -30,7 +32,7 @@ const TRIAL_SEED: u32 = 0x7472_6961;
 
 /// The pixels of a trial, and the numbers of either sample of each.
 pub(crate) struct TrialGrid {
-    pub(crate) pixels: PixelGrid,
+    pixels: PixelGrid,
     pub(crate) n_samples: u32,
     numbers: [SamplerTables; 2],
 }
@@ -72,6 +74,24 @@ impl Tried {
     pub(crate) fn errors(&self, picture: &PictureEstimate) -> Option<[PathError; 2]> {
         let plain = picture.error_of(&self.plain)?;
         Some([plain, picture.error_of(&self.told)?])
+    }
+}
+
+impl<const CUTOUTS: bool, M: Media, X: Merge> TrialPaths<'_, CUTOUTS, M, X> {
+    /// Takes those of all pixels, together with those who render the same frame.
+    pub(crate) fn run(&self, tracer: &RayTracer<'_, CUTOUTS>) -> Result<Tried, RunError> {
+        let frame = self.plain.frame;
+        let followed = self
+            .grid
+            .pixels
+            .follow(self, PathKind::Trial, frame, tracer)?;
+        let mut all = Tried::default();
+        for tried in followed {
+            frame.lock_outcome().counts.add(tried.counts);
+            all.plain.extend(tried.plain);
+            all.told.extend(tried.told);
+        }
+        Ok(all)
     }
 }
 
