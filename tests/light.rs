@@ -16,6 +16,23 @@ pub fn light(shape: LightShape, world_from_light: DMat4) -> Light {
     }
 }
 
+/// A light of radiance one half that covers a wall of [`Mesh::cube`](crate::Mesh::cube), from just in
+/// front of it.
+pub fn wall_light(outward: DVec3) -> Light {
+    let side = outward.cross(outward.any_orthonormal_vector());
+    let columns = [side, outward.cross(side), outward];
+    let [x, y, z] = columns.map(|axis| axis.extend(0.0));
+    let w = (0.9999 * outward).extend(1.0);
+    let shape = LightShape::Rect {
+        width: 2.0,
+        height: 2.0,
+    };
+    Light {
+        radiance: Spectrum::splat(0.5),
+        ..light(shape, DMat4::from_cols(x, y, z, w))
+    }
+}
+
 /// Places a light at a point, shining toward −y.
 pub fn facing_down(x: f64, y: f64, z: f64) -> DMat4 {
     let quarter_turn = std::f64::consts::FRAC_PI_2;

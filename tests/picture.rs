@@ -1,5 +1,7 @@
 use kilauea_film::Image;
-use kilauea_render::RenderStats;
+use kilauea_render::{PreparedScene, RenderStats};
+use kilauea_scene::{RenderSettings, Shading};
+use std::sync::Arc;
 
 /// A rendered frame.
 #[derive(Debug)]
@@ -59,6 +61,34 @@ impl Picture {
             let n_different = a.1.iter().zip(&b.1).filter(|(a, b)| a != b).count();
             assert_eq!(n_different, 0, "{what}: pixels of {} that differ", a.0);
         }
+    }
+}
+
+impl Picture {
+    /// Renders with one thread, and fails where more threads or other ways of answering change a bit.
+    pub fn check_ways_of_rendering(
+        prepared: &Arc<PreparedScene>,
+        settings: &RenderSettings,
+    ) -> Self {
+        let render = |threads, shading| {
+            let settings = RenderSettings {
+                threads,
+                shading,
+                ..settings.clone()
+            };
+            Self::render(prepared, settings)
+        };
+        let one = render(1, Shading::Inline);
+        for (threads, shading) in [
+            (2, Shading::Inline),
+            (7, Shading::Inline),
+            (2, Shading::Queued),
+            (2, Shading::Bytes),
+        ] {
+            let what = format!("{threads} threads, {shading:?}");
+            one.check_same_bits(&render(threads, shading), &what);
+        }
+        one
     }
 }
 

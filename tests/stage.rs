@@ -9,7 +9,7 @@ use kilauea_scene::{
 };
 use std::sync::Arc;
 
-use crate::{Curves, Mesh, Picture, Points, matte, perspective, preview};
+use crate::{Curves, Mesh, Picture, Points, matte, perspective, preview, wall_light};
 
 /// A scene under construction.
 #[derive(Clone, Debug)]
@@ -107,6 +107,20 @@ impl Stage {
             [-1.0, 2.0, -1.0],
         ];
         stage.meshes.push(Mesh::polygon(&wall).with_material(2));
+        stage
+    }
+
+    /// A box around the camera with lights of radiance one half that cover its walls. With walls of
+    /// albedo one half radiance is one everywhere.
+    pub fn box_of_light(wall: Material) -> Self {
+        let mut stage = Self::new(perspective([0.3, 0.2, 0.5], [0.0, 0.0, -1.0], 1.0));
+        stage.meshes.push(Mesh::cube());
+        stage.materials.push(wall);
+        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+            for side in [-1.0, 1.0] {
+                stage.lights.push(wall_light(axis * side));
+            }
+        }
         stage
     }
 

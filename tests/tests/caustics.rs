@@ -4,7 +4,7 @@ use kilauea_math::{DMat4, Spectrum};
 use kilauea_render::PreparedScene;
 use kilauea_scene::{
     Aim, CausticStrategy, GlobalIllumination, Light, LightShape, Material, PhotonSettings,
-    RenderSettings, Shading,
+    RenderSettings,
 };
 use kilauea_testing::{Family, Moments, welch_p};
 use kilauea_tests::{
@@ -319,29 +319,11 @@ fn threads_and_ways_of_answering_do_not_change_a_bit() {
     let settings = RenderSettings {
         resolution: [40, 36],
         samples_per_pixel: 6,
+        gi: GlobalIllumination::Consistent,
         ..settings()
     };
-    let prepared = stage.prepare(&settings);
-    let render = |threads, shading| {
-        let settings = RenderSettings {
-            gi: GlobalIllumination::Consistent,
-            threads,
-            shading,
-            ..settings.clone()
-        };
-        Picture::render(&prepared, settings)
-    };
-    let one = render(1, Shading::Inline);
-    assert!(one.stats.photons.stored > 100);
-    for (threads, shading) in [
-        (2, Shading::Inline),
-        (7, Shading::Inline),
-        (2, Shading::Queued),
-        (2, Shading::Bytes),
-    ] {
-        let what = format!("{threads} threads, {shading:?}");
-        one.check_same_bits(&render(threads, shading), &what);
-    }
+    let picture = Picture::check_ways_of_rendering(&stage.prepare(&settings), &settings);
+    assert!(picture.stats.photons.stored > 100);
 }
 
 #[test]

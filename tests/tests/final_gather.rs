@@ -5,8 +5,7 @@ use std::sync::Arc;
 use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
 use kilauea_render::PreparedScene;
 use kilauea_scene::{
-    Aim, FinalGathering, GlobalIllumination, Light, LightShape, Material, PhotonSettings,
-    RenderSettings, Shading,
+    Aim, FinalGathering, GlobalIllumination, Light, LightShape, PhotonSettings, RenderSettings,
 };
 use kilauea_testing::{Family, Moments, welch_p};
 use kilauea_tests::{
@@ -41,40 +40,12 @@ fn exact() -> RenderSettings {
     }
 }
 
-/// A box around the camera with lights of radiance one half that cover its walls.
-fn box_of_light(wall: Material) -> Stage {
-    let mut stage = Stage::new(perspective([0.3, 0.2, 0.5], [0.0, 0.0, -1.0], 1.0));
-    stage.meshes.push(Mesh::cube());
-    stage.materials.push(wall);
-    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-        for side in [-1.0, 1.0] {
-            stage.lights.push(wall_light(axis * side));
-        }
-    }
-    stage
-}
-
-fn wall_light(outward: DVec3) -> Light {
-    let side = outward.cross(outward.any_orthonormal_vector());
-    let columns = [side, outward.cross(side), outward];
-    let [x, y, z] = columns.map(|axis| axis.extend(0.0));
-    let w = (0.9999 * outward).extend(1.0);
-    let shape = LightShape::Rect {
-        width: 2.0,
-        height: 2.0,
-    };
-    Light {
-        radiance: Spectrum::splat(0.5),
-        ..light(shape, DMat4::from_cols(x, y, z, w))
-    }
-}
-
 /// Light after n bounces in a box of albedo one half is 1 - 2^-(n + 1). Were direct light at the second
 /// vertex counted twice, or light that is scattered once too often, it would be 1.125 in place of
 /// 0.875 after two, and 0.9375.
 #[test]
 fn a_closed_box_has_its_known_light_at_any_depth() {
-    let stage = box_of_light(matte([0.5; 3]));
+    let stage = Stage::box_of_light(matte([0.5; 3]));
     for (depth, expected) in [(2, 0.875), (3, 0.9375), (16, 1.0)] {
         let picture = stage.render(|s| {
             *s = RenderSettings {
@@ -91,7 +62,7 @@ fn a_closed_box_has_its_known_light_at_any_depth() {
 /// Only next to edges do photons miss some light, and as far as they reach.
 #[test]
 fn bias_vanishes_with_the_number_of_photons() {
-    let stage = box_of_light(matte([0.5; 3]));
+    let stage = Stage::box_of_light(matte([0.5; 3]));
     let mean = |settings: RenderSettings| {
         let picture = stage.render(|s| {
             *s = RenderSettings {
@@ -287,26 +258,8 @@ fn threads_and_ways_of_answering_do_not_change_a_bit() {
     for radius in [None, Some(0.05)] {
         let mut settings = settings.clone();
         settings.photons.radius = radius;
-        let prepared = stage.prepare(&settings);
-        let render = |threads, shading| {
-            let settings = RenderSettings {
-                threads,
-                shading,
-                ..settings.clone()
-            };
-            Picture::render(&prepared, settings)
-        };
-        let one = render(1, Shading::Inline);
-        assert!(one.stats.final_gather.records > 100);
-        for (threads, shading) in [
-            (2, Shading::Inline),
-            (7, Shading::Inline),
-            (2, Shading::Queued),
-            (2, Shading::Bytes),
-        ] {
-            let what = format!("{threads} threads, {shading:?}");
-            one.check_same_bits(&render(threads, shading), &what);
-        }
+        let picture = Picture::check_ways_of_rendering(&stage.prepare(&settings), &settings);
+        assert!(picture.stats.final_gather.records > 100);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Enclosures and objects in which radiance is one everywhere.
 
-use kilauea_math::{DMat4, DVec3, Spectrum};
-use kilauea_scene::{Light, LightShape, Material};
+use kilauea_math::DMat4;
+use kilauea_scene::{LightShape, Material};
 use kilauea_tests::{
     Mesh, Sphere, Stage, black_emitter, check_near, light, matte, perspective, preview,
     with_opacity,
@@ -10,14 +10,7 @@ use kilauea_tests::{
 /// A box of albedo one half, with lights of radiance one half that cover its walls.
 #[test]
 fn closed_lambert_box_with_lights_on_its_walls() {
-    let mut stage = Stage::new(perspective([0.3, 0.2, 0.5], [0.0, 0.0, -1.0], 1.0));
-    stage.meshes.push(Mesh::cube());
-    stage.materials.push(matte([0.5; 3]));
-    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-        for side in [-1.0, 1.0] {
-            stage.lights.push(wall_light(axis * side));
-        }
-    }
+    let stage = Stage::box_of_light(matte([0.5; 3]));
     let mean = stage.render(|s| s.samples_per_pixel = 1024).mean();
     // The standard deviation is 0.0007.
     check_near(mean, 1.0, 3e-3, "box");
@@ -25,22 +18,6 @@ fn closed_lambert_box_with_lights_on_its_walls() {
     for (depth, expected) in [(0, 0.5), (1, 0.75), (2, 0.875)] {
         let mean = stage.render(|s| s.max_depth = depth).mean();
         check_near(mean, expected, 5e-3, &format!("depth {depth}"));
-    }
-}
-
-/// Radiance one half into the box from just in front of the wall at `outward`.
-fn wall_light(outward: DVec3) -> Light {
-    let side = outward.cross(outward.any_orthonormal_vector());
-    let columns = [side, outward.cross(side), outward];
-    let [x, y, z] = columns.map(|axis| axis.extend(0.0));
-    let w = (0.9999 * outward).extend(1.0);
-    let shape = LightShape::Rect {
-        width: 2.0,
-        height: 2.0,
-    };
-    Light {
-        radiance: Spectrum::splat(0.5),
-        ..light(shape, DMat4::from_cols(x, y, z, w))
     }
 }
 

@@ -1,12 +1,12 @@
 //! Irradiance by the density of photons, where it is known, and where paths find it.
 
-use kilauea_math::{DMat4, DVec3, Spectrum, Vec2, Vec3};
+use kilauea_math::{DMat4, Vec2, Vec3};
 use kilauea_photon::{DensityRule, Kernel, Photon, PhotonMap, SurfaceQuery};
 use kilauea_render::{
     ImportonRequest, LightShares, PhotonRequest, photon_benefit, photon_picture, trace_importons,
     trace_photons,
 };
-use kilauea_scene::{Light, LightShape, Shading};
+use kilauea_scene::{LightShape, Shading};
 use kilauea_testing::{Family, Moments};
 use kilauea_tests::{
     Mesh, Sphere, Stage, black_emitter, check_near, glass, light, looking_down, matte,
@@ -95,13 +95,7 @@ fn a_square_light_over_a_floor() {
 /// Albedo one half, and lamps of radiance one half before all walls: radiance one everywhere.
 #[test]
 fn a_furnace_has_irradiance_pi_everywhere() {
-    let mut stage = Stage::new(perspective([0.3, 0.2, 0.5], [0.0, 0.0, -1.0], 1.0));
-    stage.materials.push(matte([0.5; 3]));
-    stage.meshes.push(Mesh::cube());
-    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-        stage.lights.push(wall_light(axis));
-        stage.lights.push(wall_light(-axis));
-    }
+    let stage = Stage::box_of_light(matte([0.5; 3]));
     let maps = maps(&stage, 6_000, 16);
     let mut family = Family::new("furnace");
     for (p, n) in [
@@ -115,23 +109,6 @@ fn a_furnace_has_irradiance_pi_everywhere() {
         family.add(format!("{p}: {}", found.mean), p_value);
     }
     family.check();
-}
-
-fn wall_light(outward: DVec3) -> Light {
-    let side = outward.cross(outward.any_orthonormal_vector());
-    let columns = [side, outward.cross(side), outward];
-    let [x, y, z] = columns.map(|axis| axis.extend(0.0));
-    let shape = LightShape::Rect {
-        width: 2.0,
-        height: 2.0,
-    };
-    Light {
-        radiance: Spectrum::splat(0.5),
-        ..light(
-            shape,
-            DMat4::from_cols(x, y, z, (0.9999 * outward).extend(1.0)),
-        )
-    }
 }
 
 /// A convex body sees nothing but the dome.

@@ -196,14 +196,7 @@ fn furnace_sphere() -> Known {
 
 /// A box of albedo one half, with lights of radiance one half on its walls: ½ (1 + ½ + ¼ + …).
 fn furnace_box() -> Known {
-    let mut stage = Stage::new(perspective([0.0; 3], [0.0, 0.0, -1.0], 1.0));
-    stage.meshes.push(Mesh::cube());
-    stage.materials.push(matte([0.5; 3]));
-    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-        for outward in [axis, -axis] {
-            stage.lights.push(bright(0.5, wall_light(outward)));
-        }
-    }
+    let stage = Stage::box_of_light(matte([0.5; 3]));
     let max_depth = 16;
     Known {
         stage,
@@ -211,16 +204,4 @@ fn furnace_box() -> Known {
         max_depth,
         picture: None,
     }
-}
-
-/// Shines into the box from just in front of a wall.
-fn wall_light(outward: DVec3) -> Light {
-    let side = outward.any_orthonormal_vector();
-    let axes = [side, outward.cross(side), outward].map(|axis| axis.extend(0.0));
-    let place = (0.9999 * outward).extend(1.0);
-    let shape = LightShape::Rect {
-        width: 2.0,
-        height: 2.0,
-    };
-    light(shape, DMat4::from_cols(axes[0], axes[1], axes[2], place))
 }
