@@ -11,10 +11,11 @@ import signal
 import subprocess
 import threading
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 from conftest import N_NODES
-from frames import render, words
+from frames import read, render, words
 from kilauea import cli
 from kilauea.ray_workers import RayWorkers
 
@@ -66,6 +67,22 @@ def test_a_worker_that_is_killed_changes_no_bit(address, tmp_path, monkeypatch) 
         assert len(again) == 1
         alone, _ = render(tmp_path, "alone", *flags)
         assert np.array_equal(alone, together, equal_nan=True)
+
+
+def test_workers_stay_from_frame_to_frame(address, tmp_path) -> None:
+    flags = ["-p", "8", "-n", "2", "--integrator", "kilauea"]
+    alone, _ = render_two(tmp_path, *flags)
+    together, (first, second) = render_two(tmp_path, *flags, "--cluster", address)
+    assert np.array_equal(alone, together, equal_nan=True)
+    kept = [[worker["kept_scene"] for worker in stats["workers"]] for stats in (first, second)]
+    assert kept == [[False] * N_NODES, [True] * N_NODES]
+
+
+def render_two(folder: Path, *flags: str) -> tuple[list[np.ndarray], list[dict]]:
+    """Render two frames of a range; return their layers and statistics."""
+    assert cli.main(words(folder, "%04d", "-f", "1", *flags)) == 0
+    frames = [read(folder, name) for name in ("0001", "0002")]
+    return [layers for layers, _ in frames], [stats for _, stats in frames]
 
 
 def kill_a_worker() -> None:

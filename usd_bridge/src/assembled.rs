@@ -1,4 +1,4 @@
-use kilauea_cluster::{ClusterJob, ClusterOptions, SetOptions, Ticket, WorkerKind};
+use kilauea_cluster::{ClusterJob, ClusterOptions, SetOptions, WorkerKind};
 use kilauea_scene::RenderSettings;
 use pyo3::prelude::*;
 use serde::Deserialize;
@@ -89,19 +89,6 @@ impl AssembledScene {
             .map_err(render_error)?;
         RenderJob::new(AnyJob::Workers(job), &self.scene, &settings, metadata_json)
     }
-}
-
-/// Work for the console that a ticket names, a line of JSON, until there is nothing to do. The ticket
-/// is on standard input where none is given.
-#[pyfunction]
-#[pyo3(signature = (ticket_json = None))]
-pub(crate) fn run_worker(py: Python<'_>, ticket_json: Option<&str>) -> PyResult<()> {
-    let Some(ticket_json) = ticket_json else {
-        return py.detach(kilauea_cluster::run_worker).map_err(render_error);
-    };
-    let ticket: Ticket = serde_json::from_str(ticket_json).map_err(render_error)?;
-    py.detach(|| kilauea_cluster::run_worker_for(&ticket))
-        .map_err(render_error)
 }
 
 /// What tells builds of the engine apart: only equal ones render together.

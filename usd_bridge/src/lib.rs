@@ -18,11 +18,12 @@ mod photons;
 mod rays;
 mod scene;
 mod shaders;
+mod worker;
 
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::assembled::{AssembledScene, build_hash, run_worker};
+    use crate::assembled::{AssembledScene, build_hash};
     #[pymodule_export]
     use crate::build::{assemble_scene, build_scene};
     #[pymodule_export]
@@ -43,4 +44,6 @@ mod _native {
     use crate::scene::Scene;
     #[pymodule_export]
     use crate::shaders::shader_declarations;
+    #[pymodule_export]
+    use crate::worker::{Worker, run_worker};
 }

@@ -17,6 +17,8 @@ pub struct WorkerStats {
     pub pid: u32,
     /// Engine threads.
     pub threads: u32,
+    /// Whether it had the scene since an earlier frame, and was not sent it.
+    pub kept_scene: bool,
     /// Units whose results counted.
     pub units: u64,
     /// Rays traced for them.

@@ -15,6 +15,7 @@ import queue
 import sys
 import threading
 import time
+from dataclasses import dataclass
 from typing import Any
 
 from kilauea.errors import KilaueaError
@@ -28,11 +29,24 @@ _LOOK_SECS = 5.0
 
 
 class RenderNode:
-    """An actor of Ray, in whose process the engine works."""
+    """An actor of Ray, in whose process the engine works; it keeps the scene of its last frame."""
+
+    def __init__(self) -> None:
+        self._worker = importlib.import_module("kilauea._native").Worker()
 
     def work(self, ticket: str) -> None:
         """Work for the console that a ticket names, until there is nothing to do."""
-        importlib.import_module("kilauea._native").run_worker(ticket)
+        self._worker.work(ticket)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lent:
+    """A `RenderNode`, and what it was given to do last."""
+
+    actor: Any
+    bundle: int
+    session: int
+    epoch: int
 
 
 class Machines:
@@ -69,7 +83,10 @@ class Machines:
         self._scheduling = strategies.PlacementGroupSchedulingStrategy
         self._actor_class = self._ray.remote(RenderNode)
         self._node = self._ray.get_runtime_context().get_node_id()
-        self._running: dict[Any, tuple[dict[str, Any], Any]] = {}
+        self._last: dict[int, Lent] = {}
+        """By bundle of the placement group."""
+        self._running: dict[Any, Lent] = {}
+        """By what Ray calls their work."""
 
     def record(self) -> dict[str, Any]:
         """Return where workers reach this machine, and how many there are."""
@@ -77,14 +94,25 @@ class Machines:
         return {"host": host, "n_workers": len(self._cores)}
 
     def start(self, ticket: str) -> None:
-        """Start the worker that a ticket is for, on the machine of its rank or on a spare one."""
+        """Start the worker that a ticket is for, on the machine of its rank or on a spare one.
+
+        One that had a part in an earlier frame goes on to this one.
+        """
         fields = json.loads(ticket)
-        bundle = fields["rank"] % len(self._cores)
-        actor = self._actor_class.options(
-            num_cpus=self._cores[bundle],
-            scheduling_strategy=self._scheduling(self._group, bundle),
-        ).remote()
-        self._running[actor.work.remote(ticket)] = (fields, actor)
+        bundle, session = fields["rank"] % len(self._cores), fields["session"]
+        last = self._last.get(bundle)
+        if last is not None and last.session == session:
+            # It is for one that was lost, which may hang and hold its cores.
+            self._ray.kill(last.actor)
+            last = None
+        actor = self._new_actor(bundle) if last is None else last.actor
+        lent = self._last[bundle] = Lent(actor, bundle, session, fields["epoch"])
+        self._running[actor.work.remote(ticket)] = lent
+
+    def _new_actor(self, bundle: int) -> Any:
+        here = self._scheduling(self._group, bundle)
+        options = {"num_cpus": self._cores[bundle], "scheduling_strategy": here}
+        return self._actor_class.options(**options).remote()
 
     def ended(self) -> list[dict[str, Any]]:
         """Return the workers that have ended since this was last asked, and why."""
@@ -95,13 +123,15 @@ class Machines:
         done, _ = self._ray.wait(all_running, num_returns=len(all_running), timeout=_POLL_SECS)
         ended = []
         for reference in done:
-            fields, _ = self._running.pop(reference)
+            lent = self._running.pop(reference)
             try:
                 self._ray.get(reference)
                 reason = "it had nothing more to do"
             except self._ray.exceptions.RayError as error:
                 reason = gist(error)
-            ended.append({key: fields[key] for key in ("session", "epoch")} | {"reason": reason})
+                if self._last.get(lent.bundle) is lent:
+                    del self._last[lent.bundle]
+            ended.append({"session": lent.session, "epoch": lent.epoch, "reason": reason})
         return ended
 
     def are_there(self) -> bool:
@@ -110,8 +140,8 @@ class Machines:
 
     def give_back(self) -> None:
         """Leave the cluster."""
-        for _, actor in self._running.values():
-            self._ray.kill(actor)
+        for last in self._last.values():
+            self._ray.kill(last.actor)
         import_ray("util.placement_group").remove_placement_group(self._group)
         self._ray.shutdown()
 

@@ -115,7 +115,7 @@ impl Gate {
             receive_worker(&mut link, &self.token, self.session, scene_hash, &mut admit).await;
         let Ok(hello) = received else { return };
         let (rank, epoch) = (hello.rank, hello.epoch);
-        let has_scene = hello.scene_hash == Some(scene_hash);
+        let keeps_scene = self.payload.is_kept_by(&hello);
         let (outbox, frames) = mpsc::channel(MAX_FRAMES_WAITING);
         let Link { reader, writer } = link;
         let payload = Arc::clone(&self.payload);
@@ -125,7 +125,7 @@ impl Gate {
             .await
             .is_ok()
         {
-            tokio::spawn(send(writer, payload, has_scene, frames, [rank, epoch]));
+            tokio::spawn(send(writer, payload, keeps_scene, frames, [rank, epoch]));
             tokio::spawn(receive_frames(reader, self.events.clone(), epoch));
         }
     }
@@ -136,11 +136,13 @@ impl Gate {
 async fn send(
     mut writer: FrameWriter,
     payload: Arc<Payload>,
-    has_scene: bool,
+    keeps_scene: bool,
     mut frames: mpsc::Receiver<Frame>,
     [rank, epoch]: [u32; 2],
 ) -> Result<(), FrameError> {
-    payload.send(&mut writer, has_scene, [rank, epoch]).await?;
+    payload
+        .send(&mut writer, keeps_scene, [rank, epoch])
+        .await?;
     drop(payload);
     while let Some(frame) = frames.recv().await {
         writer.write(&frame).await?;

@@ -76,6 +76,7 @@ impl Console {
         let now = self.now();
         if let Some(peer) = self.peers.get_mut(&hello.epoch) {
             peer.stage = Stage::Preparing(outbox);
+            peer.stats.kept_scene = self.gate.payload.is_kept_by(hello);
             peer.last_heard = now;
         }
     }

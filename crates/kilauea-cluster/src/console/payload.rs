@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use super::set::Parts;
 use crate::link::FrameWriter;
-use crate::protocol::{FrameError, Message, SceneBytes, Start};
+use crate::protocol::{FrameError, Hello, Message, SceneBytes, Start};
 
 /// Bytes of a piece of the scene.
 const PIECE_BYTES: usize = 16 << 20;
@@ -41,11 +41,16 @@ impl SceneForWorkers {
 }
 
 impl Payload {
-    /// Sends it to the worker of a rank, which may have the whole scene since an earlier frame.
+    /// Whether a worker has the whole scene since an earlier frame, and needs no other part.
+    pub(super) fn is_kept_by(&self, hello: &Hello) -> bool {
+        hello.scene_hash == Some(self.scene_hash) && matches!(self.scene, SceneForWorkers::Whole(_))
+    }
+
+    /// Sends it to the worker of a rank, the scene only where it is not kept there.
     pub(super) async fn send(
         &self,
         writer: &mut FrameWriter,
-        has_scene: bool,
+        keeps_scene: bool,
         [rank, epoch]: [u32; 2],
     ) -> Result<(), FrameError> {
         let mut start = self.start.clone();
@@ -56,8 +61,7 @@ impl Payload {
         if let SceneForWorkers::Parts(parts) = &self.scene {
             start.seat = Some(parts.seat(rank));
         }
-        let is_needless = has_scene && matches!(self.scene, SceneForWorkers::Whole(_));
-        let common = if is_needless {
+        let common = if keeps_scene {
             &[]
         } else {
             self.scene.common()
