@@ -40,8 +40,12 @@ impl Benefit {
     /// chance as so many more records are looked up.
     pub(super) fn gain(&self, share: f64) -> f64 {
         let squared_bias = self.squared_bias.max(0.0) * share;
+        // To look up what would be found by chance takes variance away, and records of fifty photons add
+        // some hundredths of it. Where it seems to grow, plain paths had bright samples that were cut off,
+        // or have not had them yet.
+        let plain_variance = self.plain_variance.max(self.variance);
         let relative_cost = self.relative_cost + self.cost_of_photons / share;
-        self.plain_variance / (self.variance * relative_cost + squared_bias)
+        plain_variance / (self.variance * relative_cost + squared_bias)
     }
 }
 
