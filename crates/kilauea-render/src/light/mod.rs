@@ -14,11 +14,13 @@ mod emission_cone;
 mod emission_density;
 mod emit;
 mod light_choice;
+mod likeliest;
 mod lit_box;
 mod lit_sides;
 mod mesh;
 mod mesh_emission;
 mod places;
+mod source;
 mod spherical_rect;
 mod spherical_triangle;
 mod tree;
@@ -26,7 +28,7 @@ mod walk;
 
 use kilauea_accel::Ray;
 use kilauea_math::{Bounds3, DVec3, Spectrum, Vec2, Vec3};
-use kilauea_scene::{LightShape, Scene};
+use kilauea_scene::{Light, LightShape, Scene};
 use kilauea_texture::TextureStore;
 use std::f32::consts::PI;
 
@@ -105,6 +107,8 @@ pub struct Lights {
     mesh: MeshLights,
     tree: LightTree,
     infinite: Vec<InfiniteLight>,
+    /// Of area lights, then of those at infinity: their numbers in the scene.
+    scene_lights: Vec<u32>,
 }
 
 /// Lights that surround the scene.
@@ -126,23 +130,17 @@ impl Receiver {
 impl Lights {
     /// Prepares all lights.
     pub fn new(scene: &Scene, geometry: &Geometry, textures: &TextureStore) -> Self {
-        let area: Vec<AreaLight> = scene
-            .lights
-            .iter()
-            .filter(|light| !light.radiance.is_black())
-            .filter_map(|light| AreaLight::new(light, scene.origin_world))
-            .collect();
-        let infinite = scene
-            .lights
-            .iter()
-            .filter(|light| !light.radiance.is_black())
-            .filter_map(|light| match light.shape {
-                LightShape::Dome => DomeLight::new(light, textures)
-                    .filter(|dome| !dome.mean_radiance().is_black())
-                    .map(|dome| InfiniteLight::Dome(Box::new(dome))),
-                _ => DistantLight::new(light).map(InfiniteLight::Distant),
-            })
-            .collect();
+        let lit = || {
+            let lights = (0..).zip(&scene.lights);
+            lights.filter(|(_, light)| !light.radiance.is_black())
+        };
+        let (mut scene_lights, area): (Vec<u32>, Vec<AreaLight>) = lit()
+            .filter_map(|(idx, light)| Some((idx, AreaLight::new(light, scene.origin_world)?)))
+            .unzip();
+        let (around, infinite): (Vec<u32>, Vec<InfiniteLight>) = lit()
+            .filter_map(|(idx, light)| Some((idx, InfiniteLight::new(light, textures)?)))
+            .unzip();
+        scene_lights.extend(around);
         let eye_world = scene.camera.world_from_camera.transform_point3(DVec3::ZERO);
         let p_camera = (eye_world - scene.origin_world).as_vec3();
         let mesh = MeshLights::new(geometry, textures, area.len() as u32, p_camera);
@@ -161,6 +159,7 @@ impl Lights {
             area,
             mesh,
             infinite,
+            scene_lights,
         }
     }
 
@@ -343,6 +342,16 @@ impl Lights {
 }
 
 impl InfiniteLight {
+    /// None for other shapes, and for domes without light.
+    fn new(light: &Light, textures: &TextureStore) -> Option<Self> {
+        match light.shape {
+            LightShape::Dome => DomeLight::new(light, textures)
+                .filter(|dome| !dome.mean_radiance().is_black())
+                .map(|dome| Self::Dome(Box::new(dome))),
+            _ => DistantLight::new(light).map(Self::Distant),
+        }
+    }
+
     /// Irradiance if nothing is occluded, without its sign; at most [`MAX_IMPORTANCE`].
     fn importance(&self, receiver: Receiver) -> f32 {
         let irradiance = match self {
