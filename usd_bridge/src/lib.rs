@@ -10,14 +10,17 @@ mod assembled;
 mod build;
 mod crew;
 mod error;
+mod estimates;
 mod frame;
 mod image;
 mod job;
 mod metrics;
 mod photons;
+mod picture;
 mod rays;
 mod scene;
 mod shaders;
+mod threads;
 
 #[pyo3::pymodule]
 mod _native {
@@ -29,6 +32,8 @@ mod _native {
     use crate::crew::Crew;
     #[pymodule_export]
     use crate::error::{RenderError, SceneError};
+    #[pymodule_export]
+    use crate::estimates::inspect_estimates;
     #[pymodule_export]
     use crate::image::{compare, hdr_flip};
     #[pymodule_export]
