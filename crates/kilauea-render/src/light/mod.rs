@@ -108,7 +108,7 @@ pub struct Lights {
     tree: LightTree,
     infinite: Vec<InfiniteLight>,
     /// Of area lights, then of those at infinity: their numbers in the scene.
-    scene_lights: Vec<u32>,
+    numbers_in_scene: Vec<u32>,
 }
 
 /// Lights that surround the scene.
@@ -134,13 +134,13 @@ impl Lights {
             let lights = (0..).zip(&scene.lights);
             lights.filter(|(_, light)| !light.radiance.is_black())
         };
-        let (mut scene_lights, area): (Vec<u32>, Vec<AreaLight>) = lit()
+        let (mut numbers_in_scene, area): (Vec<u32>, Vec<AreaLight>) = lit()
             .filter_map(|(idx, light)| Some((idx, AreaLight::new(light, scene.origin_world)?)))
             .unzip();
         let (around, infinite): (Vec<u32>, Vec<InfiniteLight>) = lit()
             .filter_map(|(idx, light)| Some((idx, InfiniteLight::new(light, textures)?)))
             .unzip();
-        scene_lights.extend(around);
+        numbers_in_scene.extend(around);
         let eye_world = scene.camera.world_from_camera.transform_point3(DVec3::ZERO);
         let p_camera = (eye_world - scene.origin_world).as_vec3();
         let mesh = MeshLights::new(geometry, textures, area.len() as u32, p_camera);
@@ -159,7 +159,7 @@ impl Lights {
             area,
             mesh,
             infinite,
-            scene_lights,
+            numbers_in_scene,
         }
     }
 

@@ -24,7 +24,7 @@ impl Lights {
         geometry: &Geometry,
     ) -> &'s str {
         let (light, n_area, n_mesh) = (light as usize, self.area.len(), self.mesh.len());
-        let of_light = |idx: usize| &scene.lights[self.scene_lights[idx] as usize].path;
+        let of_light = |idx: usize| &scene.lights[self.numbers_in_scene[idx] as usize].path;
         match light.checked_sub(n_area) {
             None => of_light(light),
             Some(triangle) if triangle < n_mesh => {
