@@ -9,6 +9,10 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from kilauea import cli
+from kilauea.inspect import LEARNT
+from kilauea.render import RenderOptions, render_frame
+from kilauea.usd.options import FlattenOptions
+from kilauea.usd.stage import flatten
 
 SCENES = Path(__file__).parents[2] / "tests/scenes"
 BOX = SCENES / "box_rect_light.usda"
@@ -82,7 +86,19 @@ def test_the_picture_is_of_what_is_asked_for(tmp_path, capsys):
         assert (lights[name] == directions[name]).all(), name
 
 
-def test_saved_estimates_are_shown(tmp_path, capsys):
+def test_saved_estimates_show_what_their_pilot_would(tmp_path, capsys):
+    kept, saved, anew = (tmp_path / name for name in ("balls.estimates", "a.exr", "b.exr"))
+    settings = {"resolution": [16, 16], "general": LEARNT}
+    options = RenderOptions([], settings, save_estimates=str(kept), verbosity=0)
+    render_frame(flatten(str(BALLS), FlattenOptions(resolution=(16, 16))), options)
+    capsys.readouterr()
+    inspect(capsys, BALLS, "--estimates", kept, "-o", saved)
+    inspect(capsys, BALLS, "--pilot", "--always", "-o", anew)
+    for name, layer in layers(anew).items():
+        assert (layers(saved)[name] == layer).all(), name
+
+
+def test_saved_estimates_that_tell_nothing_say_why(tmp_path, capsys):
     kept, exr = tmp_path / "box.estimates", tmp_path / "a.exr"
     words = ["-o", str(tmp_path / "b.exr"), *SIZE, "-p", "256", "--integrator", "kilauea"]
     assert cli.main(["render", str(BOX), *words, "--save-estimates", str(kept)]) == 0

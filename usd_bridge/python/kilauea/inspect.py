@@ -12,7 +12,7 @@ from kilauea.errors import KilaueaError, UsageError
 from kilauea.render import RenderOptions, build_scene, native, settings_record
 
 _SUFFIXES = (".exr", ".png")
-_LEARNT = ["guided_lights", "guided_directions"]
+LEARNT = ["guided_lights", "guided_directions"]
 """What paths can be told, as `general` in `kilauea_scene::RenderSettings` has it."""
 
 
@@ -78,8 +78,8 @@ def main(args: argparse.Namespace) -> int:
         Path(args.stats).write_text(text + "\n", encoding="utf-8")
     print(text)
     if not is_written:
-        reasons = "\n".join(report["skipped"])
-        raise KilaueaError(f"{args.stage}: paths are not told what the picture is of\n{reasons}")
+        reasons = "; ".join(report["skipped"])
+        raise KilaueaError(f"{args.stage}: paths are not told what is to be shown: {reasons}")
     return 0
 
 
@@ -113,7 +113,7 @@ def settings(args: argparse.Namespace) -> dict[str, Any]:
         if args.pixel_samples is not None:
             record["samples_per_pixel"] = args.pixel_samples
         if args.always:
-            record["general"] = _LEARNT
+            record["general"] = LEARNT
     if is_of_estimates(args):
         record["threads"] = args.threads
     return record
