@@ -10,14 +10,17 @@ mod assembled;
 mod build;
 mod crew;
 mod error;
+mod estimates;
 mod frame;
 mod image;
 mod job;
 mod metrics;
 mod photons;
+mod picture;
 mod rays;
 mod scene;
 mod shaders;
+mod threads;
 mod worker;
 
 #[pyo3::pymodule]
@@ -30,6 +33,8 @@ mod _native {
     use crate::crew::Crew;
     #[pymodule_export]
     use crate::error::{RenderError, SceneError};
+    #[pymodule_export]
+    use crate::estimates::inspect_estimates;
     #[pymodule_export]
     use crate::image::{compare, hdr_flip};
     #[pymodule_export]

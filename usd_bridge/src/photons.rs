@@ -1,14 +1,15 @@
-use kilauea_film::{ImageMetadata, write_image_exr, write_png};
 use kilauea_render::{
     PhotonReport, PhotonRequest, TracedPhotons, photon_benefit, photon_picture, trace_photons,
 };
 use kilauea_scene::Shading;
 use pyo3::prelude::*;
 use serde::Deserialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use crate::error::render_error;
+use crate::picture::write_picture;
 use crate::scene::Scene;
+use crate::threads::n_threads;
 
 /// What Python asks for.
 #[derive(Deserialize)]
@@ -32,10 +33,7 @@ impl Request {
             n_emitted: self.emitted,
             max_depth: self.max_depth,
             seed: self.seed,
-            n_threads: match self.threads {
-                0 => std::thread::available_parallelism().map_or(1, usize::from),
-                n => n,
-            },
+            n_threads: n_threads(self.threads),
             shading: Shading::Inline,
         }
     }
@@ -74,24 +72,10 @@ pub(crate) fn inspect_photons(
         let picture = photon_picture(prepared, &traced.photons, resolution, photons.n_threads)
             .map_err(render_error)?;
         for output in &outputs {
-            if has_extension(output, "png") {
-                write_png(output, &picture).map_err(render_error)?;
-            } else {
-                let metadata = ImageMetadata {
-                    origin_world: prepared.scene.origin_world,
-                    camera: Some(prepared.scene.camera.clone()),
-                    ..ImageMetadata::default()
-                };
-                write_image_exr(output, picture.clone(), &metadata).map_err(render_error)?;
-            }
+            write_picture(output, &picture, prepared).map_err(render_error)?;
         }
         report(&traced, Some(benefit))
     })
-}
-
-fn has_extension(path: &Path, extension: &str) -> bool {
-    path.extension()
-        .is_some_and(|found| found.eq_ignore_ascii_case(extension))
 }
 
 fn report(

@@ -91,6 +91,14 @@ impl EstimatesOf {
         }
     }
 
+    /// Those of the same frame with the settings of another.
+    fn with_settings_of(self, other: &Self) -> Self {
+        Self {
+            settings: other.settings,
+            ..self
+        }
+    }
+
     /// What is not the same, in a word.
     fn differs_from(&self, other: &Self) -> Option<&'static str> {
         let Self {
@@ -140,13 +148,31 @@ pub fn save_estimates(
 /// # Errors
 /// The file cannot be read, is damaged, or has those of another frame.
 pub fn load_estimates(path: &Path, of: &EstimatesOf) -> Result<GatherEstimate, EstimatesError> {
+    load(path, |_| *of)
+}
+
+/// Reads estimates from a file to be looked at: those of a frame of the same scene, seen from the same
+/// camera, with any settings.
+///
+/// # Errors
+/// The file cannot be read, is damaged, or has those of another scene or camera.
+pub fn load_estimates_of(path: &Path, scene: &Scene) -> Result<GatherEstimate, EstimatesError> {
+    let of = EstimatesOf::frame(scene, &RenderSettings::default());
+    load(path, |saved| of.with_settings_of(saved))
+}
+
+/// Reads estimates of what is `expected`, by what the file says that it has.
+fn load(
+    path: &Path,
+    expected: impl Fn(&EstimatesOf) -> EstimatesOf,
+) -> Result<GatherEstimate, EstimatesError> {
     let name = || path.display().to_string();
     let bytes = fs::read(path).map_err(|error| EstimatesError::Io {
         path: name(),
         error,
     })?;
     let saved = parse(&bytes).ok_or_else(|| EstimatesError::Broken { path: name() })?;
-    match saved.of.differs_from(of) {
+    match saved.of.differs_from(&expected(&saved.of)) {
         None => Ok(saved.estimate),
         Some(what) => Err(EstimatesError::Other { path: name(), what }),
     }

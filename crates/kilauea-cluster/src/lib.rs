@@ -33,7 +33,9 @@ mod worker;
 pub use console::ClusterResult;
 pub use crew::Crew;
 pub use error::ClusterError;
-pub use estimates::{EstimatesError, EstimatesOf, load_estimates, save_estimates};
+pub use estimates::{
+    EstimatesError, EstimatesOf, load_estimates, load_estimates_of, save_estimates,
+};
 pub use handshake::{HandshakeError, build_hash};
 pub use job::ClusterJob;
 pub use journal::{Journal, JournalError};

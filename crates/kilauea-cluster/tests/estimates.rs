@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use frame::Shot;
-use kilauea_cluster::{EstimatesError, EstimatesOf, load_estimates, save_estimates};
+use kilauea_cluster::{
+    EstimatesError, EstimatesOf, load_estimates, load_estimates_of, save_estimates,
+};
 use kilauea_render::{Conditions, GatherEstimate, PreparedScene, RenderJob, RenderResult};
 use kilauea_scene::Integrator;
 
@@ -100,8 +102,11 @@ fn threads_and_layers_do_not_matter_and_all_else_does() {
 
     let longer = self::shot().with(|s| s.samples_per_pixel += 1);
     check_other(&file.0, &of(&longer, &prepared), "set of settings");
+    load_estimates_of(&file.0, &prepared.scene).expect("they can be looked at");
     let mut moved = (*prepared.scene).clone();
     moved.camera.lens_radius += 0.01;
+    let refused = load_estimates_of(&file.0, &moved);
+    assert!(refused.is_err_and(|error| error.to_string().contains("camera")));
     let moved = EstimatesOf::frame(&moved, &shot.settings);
     check_other(&file.0, &moved, "camera");
     let mut darker = self::shot();

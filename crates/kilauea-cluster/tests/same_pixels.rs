@@ -52,6 +52,17 @@ fn over_tcp_between_processes() {
 }
 
 #[test]
+fn where_paths_look_irradiance_up() {
+    let shot = Shot::gathering();
+    let alone = shot.alone();
+    for (kind, n_workers) in [(WorkerKind::Threads, 3), (processes(), 2)] {
+        let what = format!("final gathering, {n_workers} workers");
+        let result = shot.start(frame::options(n_workers, kind)).finish();
+        shot.check_gathering(&alone, &result.expect(&what), &what);
+    }
+}
+
+#[test]
 fn with_threads_more_units_and_a_window() {
     let shot = Shot::new().with(|s| {
         s.threads = 3;

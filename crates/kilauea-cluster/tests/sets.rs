@@ -114,6 +114,19 @@ fn over_tls_to_all() {
 }
 
 #[test]
+fn where_paths_look_irradiance_up() {
+    let shot = Shot::gathering();
+    let alone = shot.alone();
+    for (n_workers, size, kind) in [(3, 3, WorkerKind::Threads), (4, 2, processes())] {
+        let what = format!("final gathering, {n_workers} workers in sets of {size}");
+        let result = shot.start(options(n_workers, size, kind)).finish();
+        let result = result.expect(&what);
+        shot.check_gathering(&alone, &result, &what);
+        check_set(&result, size as usize, &what);
+    }
+}
+
+#[test]
 fn several_sets_with_several_threads() {
     let shot = Shot::new().with(|s| {
         s.threads = 2;

@@ -27,6 +27,18 @@ pub struct Channel {
 const BEAUTY_LAYERS: [&str; 7] = ["beauty", "Combined", "C", "Ci", "rgba", "rgb", "color"];
 
 impl Image {
+    /// A picture with values for all of its pixels.
+    pub fn whole(resolution: [u32; 2], channels: Vec<Channel>) -> Self {
+        Self {
+            resolution,
+            data_window: DataWindow {
+                min: [0, 0],
+                max: resolution.map(|n| n as i32),
+            },
+            channels,
+        }
+    }
+
     /// Width and height of the data window in pixels.
     pub fn size(&self) -> [usize; 2] {
         size(self.data_window)

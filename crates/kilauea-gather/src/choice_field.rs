@@ -106,11 +106,17 @@ impl ChoiceField {
     /// What is known at a position, in engine space, with a unit normal on the side that is seen.
     #[inline]
     pub fn at(&self, p: Vec3, n: Vec3) -> CellChoice<'_> {
-        let first = self.tree.cell(p, n) * self.n_columns;
+        let first = self.cell(p, n) * self.n_columns;
         CellChoice {
             columns: &self.columns,
             odds: &self.odds[first..first + self.n_columns],
         }
+    }
+
+    /// Number of the cell of a position and a normal.
+    #[inline]
+    pub fn cell(&self, p: Vec3, n: Vec3) -> usize {
+        self.tree.cell(p, n)
     }
 
     /// Number of cells.

@@ -116,6 +116,30 @@ impl DirectionTree {
         }
     }
 
+    /// Visits squares within which the density per area is the same, each with its probability.
+    pub(crate) fn for_each_leaf(&self, visit: &mut impl FnMut(Square, f32)) {
+        self.for_each_leaf_below(0, (Square::UNIT, 1.0), visit);
+    }
+
+    fn for_each_leaf_below(
+        &self,
+        idx: usize,
+        (square, probability): (Square, f32),
+        visit: &mut impl FnMut(Square, f32),
+    ) {
+        let quad = &self.quads[idx];
+        let columns = [quad.left, 1.0 - quad.left];
+        for (quarter, square) in square.quarters().into_iter().enumerate() {
+            let (x, y) = (quarter % 2, quarter / 2);
+            let row = [quad.lower[x], 1.0 - quad.lower[x]][y];
+            let probability = probability * columns[x] * row;
+            match quad.children[quarter] {
+                LEAF => visit(square, probability),
+                child => self.for_each_leaf_below(child as usize, (square, probability), visit),
+            }
+        }
+    }
+
     /// Bytes held.
     pub fn n_bytes(&self) -> usize {
         size_of_val(&*self.quads)
@@ -137,9 +161,9 @@ pub(crate) fn split(u: &mut f32, first: f32) -> usize {
 
 /// Part of the unit square.
 #[derive(Clone, Copy)]
-struct Square {
+pub(crate) struct Square {
     min: Vec2,
-    side: f32,
+    pub(crate) side: f32,
 }
 
 impl Square {
@@ -157,9 +181,18 @@ impl Square {
         }
     }
 
-    fn solid_angle(self) -> f32 {
-        let center = direction_from_square(self.min + 0.5 * self.side);
-        solid_angle_per_area(center) * self.side * self.side
+    /// Lower left, lower right, upper left, upper right.
+    pub(crate) fn quarters(self) -> [Self; 4] {
+        std::array::from_fn(|quarter| self.quarter(quarter % 2, quarter / 2))
+    }
+
+    /// The direction in its middle.
+    pub(crate) fn direction(self) -> Vec3 {
+        direction_from_square(self.min + 0.5 * self.side)
+    }
+
+    pub(crate) fn solid_angle(self) -> f32 {
+        solid_angle_per_area(self.direction()) * self.side * self.side
     }
 }
 

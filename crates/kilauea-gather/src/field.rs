@@ -43,7 +43,13 @@ impl GatherField {
     /// is seen. None where none came.
     #[inline]
     pub fn directions(&self, p: Vec3, n: Vec3) -> Option<&DirectionTree> {
-        self.directions[self.tree.cell(p, n)].as_ref()
+        self.directions[self.cell(p, n)].as_ref()
+    }
+
+    /// Number of the cell of a position and a normal.
+    #[inline]
+    pub fn cell(&self, p: Vec3, n: Vec3) -> usize {
+        self.tree.cell(p, n)
     }
 
     /// Number of cells.

@@ -56,6 +56,25 @@ fn draws_have_the_stated_density() {
 }
 
 #[test]
+fn a_lobe_is_what_draws_are_like() {
+    for (axis, n_arrivals) in [
+        (Vec3::Z, 20_000),
+        (Vec3::X, 20_000),
+        (-Vec3::Z, 20_000),
+        (Vec3::Z, 1),
+    ] {
+        let tree = fit(n_arrivals, window(axis, 0.97));
+        let lobe = tree.lobe();
+        let drawn = (0..N_DRAWS).map(|i| tree.sample(square(30, i)));
+        let mean = drawn.clone().sum::<Vec3>() / N_DRAWS as f32;
+        assert!(lobe.mean.distance(mean) < 0.01, "{} {mean}", lobe.mean);
+        let densest = drawn.map(|wi| 4.0 * PI * tree.pdf(wi)).fold(0.0, f32::max);
+        let ratio = lobe.peak / densest;
+        assert!(ratio > 0.85 && ratio < 1.01, "{ratio}");
+    }
+}
+
+#[test]
 fn every_direction_stays_possible() {
     let tree = fit(20_000, window(Vec3::Z, 0.99));
     for i in 0..10_000 {

@@ -45,7 +45,7 @@ mod wire;
 pub use collect::CollectedFrame;
 pub use conditions::Conditions;
 pub use error::RenderError;
-pub use gather::GatherEstimate;
+pub use gather::{EstimateLayer, EstimateReport, GatherEstimate, estimate_picture};
 pub use geometry::View;
 pub use job::{RenderJob, RenderResult};
 pub use needs::SceneNeeds;

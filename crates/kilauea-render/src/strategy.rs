@@ -27,13 +27,10 @@ impl Frame {
         let learnt = match (&self.told, self.settings.integrator) {
             (_, Integrator::Path) => Arc::default(),
             (Some(told), Integrator::Kilauea) => Arc::clone(told),
-            (None, Integrator::Kilauea) => {
-                let integrator = self.integrator::<true, _>(self.camera_media());
-                match self.estimate_gather(integrator, &self.tracer()) {
-                    Ok(learnt) => Arc::new(learnt),
-                    Err(error) => return self.stopped_by(error),
-                }
-            }
+            (None, Integrator::Kilauea) => match self.learn() {
+                Ok(learnt) => Arc::new(learnt),
+                Err(error) => return self.stopped_by(error),
+            },
         };
         self.lock_outcome().learnt = Arc::clone(&learnt);
         let irradiance = match (self.settings.gi, self.settings.integrator) {

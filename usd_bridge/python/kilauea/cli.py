@@ -89,7 +89,7 @@ def _parser(command: str) -> _MainParser:
     check = add("check", _check, "hold a stage against Cycles or an image, with a verdict")
     if command == "check":
         _optional("kilauea.check", "check").add_arguments(check)
-    inspect = add("inspect", _inspect, "show what photons light, before any final rendering")
+    inspect = add("inspect", _inspect, "show what photons light or paths are told")
     if command == "inspect":
         _optional("kilauea.inspect", "inspect").add_arguments(inspect)
     console = add("console", _console, "keep a stage open and render it by command")

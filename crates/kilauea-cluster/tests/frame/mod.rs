@@ -11,8 +11,8 @@ use kilauea_film::Image;
 use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
 use kilauea_mesh::CurveType;
 use kilauea_scene::{
-    Channel, GlobalIllumination, Input, Integrator, Light, LightShape, Node, PhotonSettings,
-    RenderSettings, Scene, Wrap,
+    Channel, FinalGathering, GlobalIllumination, Input, Integrator, Light, LightShape, Node,
+    PhotonSettings, RenderSettings, Scene, Wrap,
 };
 use kilauea_tests::{
     Curves, Mesh, Picture, Placements, Points, Stage, TileFile, glass, light, matte, rect_light,
@@ -109,6 +109,19 @@ impl Shot {
         }
     }
 
+    /// A shot whose paths end early with irradiance from photons, whether that pays or not.
+    pub(crate) fn gathering() -> Self {
+        Self::new().with(|s| {
+            s.integrator = Integrator::Kilauea;
+            s.gi = GlobalIllumination::Consistent;
+            s.photons = PhotonSettings {
+                emitted_per_sample: Some(500),
+                final_gathering: FinalGathering::Always,
+                ..s.photons
+            };
+        })
+    }
+
     /// The same shot with so many samples that rendering it takes a second or more.
     pub(crate) fn long() -> Self {
         let mut shot = Self::new();
@@ -152,6 +165,20 @@ impl Shot {
         assert_eq!(ours.camera, theirs.camera, "{what}");
         assert_eq!(ours.shadow, theirs.shadow, "{what}");
         assert_eq!(ours.indirect, theirs.indirect, "{what}");
+    }
+
+    /// Fails where workers made another picture than one process did, or paths looked nothing up.
+    pub(crate) fn check_gathering(&self, alone: &Picture, result: &ClusterResult, what: &str) {
+        self.check(alone, result, what);
+        let (ours, theirs) = (&alone.stats, &result.frame.stats);
+        assert!(
+            ours.final_gather.records > 100,
+            "{what}: nothing is looked up"
+        );
+        assert_eq!(ours.final_gather, theirs.final_gather, "{what}");
+        assert_eq!(ours.rays.photon, theirs.rays.photon, "{what}");
+        let is_shared = theirs.shared_passes.iter().any(|pass| pass == "irradiance");
+        assert!(is_shared, "{what}: {:?}", theirs.shared_passes);
     }
 }
 

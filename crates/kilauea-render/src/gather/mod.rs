@@ -4,25 +4,35 @@
 mod directions;
 mod found_wire;
 mod lights;
+mod picture;
 mod pilot;
 mod pixel_grid;
+mod report;
+mod skipped;
 #[cfg(test)]
 mod spoiled;
 mod trainer;
 mod training_pass;
 pub(crate) mod trial;
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use kilauea_gather::{ChoiceField, GatherField, PathError};
+use kilauea_scene::RenderSettings;
 use kilauea_spot::RunError;
 use serde::{Deserialize, Serialize};
 
+use crate::RenderError;
+use crate::conditions::Conditions;
 use crate::frame::Frame;
 use crate::integrator::{Media, Notes, PathIntegrator, RayTracer};
 use crate::light::ByCells;
+use crate::prepared::PreparedScene;
 use crate::stats::GatherStats;
+pub use picture::{EstimateLayer, estimate_picture};
 use pilot::Pilot;
+pub use report::EstimateReport;
 use trainer::Trainer;
 
 /// Plain paths are left for others that are at least so much more efficient.
@@ -41,6 +51,18 @@ pub struct GatherEstimate {
 }
 
 impl GatherEstimate {
+    /// What the pilot of a frame tells, without the frame.
+    ///
+    /// # Errors
+    /// If a setting is not sound or a shader panics.
+    pub fn of(prepared: Arc<PreparedScene>, settings: RenderSettings) -> Result<Self, RenderError> {
+        let frame = Frame::new(Conditions::default(), prepared, settings)?;
+        let geometry = &frame.prepared.geometry;
+        frame
+            .learn()
+            .map_err(|error| RenderError::of_run(error, &frame.blame, geometry))
+    }
+
     /// How lights are chosen.
     pub(crate) fn lights(&self) -> ByCells<'_> {
         ByCells {
@@ -70,12 +92,18 @@ impl GatherEstimate {
 }
 
 impl Frame {
+    /// What its pilot tells.
+    pub(crate) fn learn(&self) -> Result<GatherEstimate, RunError> {
+        let integrator = self.integrator::<true, _>(self.camera_media());
+        self.estimate_gather(integrator, &self.tracer())
+    }
+
     /// Learns from a pilot of plain paths what pays: which lights are worth choosing,
     /// and where light comes from.
     ///
     /// Their records forecast whether either would pay. A first part of the pilot is all where there
     /// is nothing to hope for; what there is hope for is tried as well.
-    pub(crate) fn estimate_gather<const CUTOUTS: bool, M: Media>(
+    fn estimate_gather<const CUTOUTS: bool, M: Media>(
         &self,
         integrator: PathIntegrator<'_, CUTOUTS, M>,
         tracer: &RayTracer<'_, CUTOUTS>,

@@ -54,7 +54,7 @@ impl Lights {
     }
 
     /// Probability with which [`Self::choose`] finds a light.
-    pub(super) fn probability(
+    pub(crate) fn probability(
         &self,
         light: u32,
         receiver: Receiver,
@@ -91,7 +91,7 @@ impl Lights {
     /// Probability of choosing the tree over the infinite lights: half by what each may
     /// contribute, half evenly, since neither knows what is occluded.
     #[inline]
-    fn finite_probability(&self, receiver: Receiver) -> f32 {
+    pub(super) fn finite_probability(&self, receiver: Receiver) -> f32 {
         if self.infinite.is_empty() {
             return 1.0;
         }
@@ -109,7 +109,7 @@ impl Lights {
 
     /// The forks where one light at infinity is chosen over those after it.
     #[inline]
-    fn infinite_forks(&self, receiver: Receiver) -> impl Iterator<Item = (u32, f32)> {
+    pub(super) fn infinite_forks(&self, receiver: Receiver) -> impl Iterator<Item = (u32, f32)> {
         let first_fork = self.tree.n_forks() + 1;
         let mut left = 1.0;
         (0..self.infinite.len().saturating_sub(1)).map(move |idx| {

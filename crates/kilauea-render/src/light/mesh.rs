@@ -235,13 +235,21 @@ impl MeshLights {
     }
 
     pub(super) fn triangle(&self, idx: u32) -> (PrimitiveRef, &Group) {
-        let group = &self.groups[self.groups.partition_point(|g| g.first_triangle <= idx) - 1];
+        let group = &self.groups[self.group(idx)];
         let at = PrimitiveRef {
             placement: group.placement,
             chunk: group.chunk,
             primitive: idx - group.first_triangle,
         };
         (at, group)
+    }
+
+    /// The entry of `groups` that a triangle is in.
+    pub(super) fn group(&self, triangle: u32) -> usize {
+        let n_begun = self
+            .groups
+            .partition_point(|g| g.first_triangle <= triangle);
+        n_begun - 1
     }
 }
 

@@ -14,11 +14,13 @@ mod emission_cone;
 mod emission_density;
 mod emit;
 mod light_choice;
+mod likeliest;
 mod lit_box;
 mod lit_sides;
 mod mesh;
 mod mesh_emission;
 mod places;
+mod source;
 mod spherical_rect;
 mod spherical_triangle;
 mod tree;
@@ -26,7 +28,7 @@ mod walk;
 
 use kilauea_accel::Ray;
 use kilauea_math::{Bounds3, Spectrum, Vec2, Vec3};
-use kilauea_scene::{Camera, LightShape, Scene};
+use kilauea_scene::{Camera, Light, LightShape, Scene};
 use kilauea_texture::TextureStore;
 use std::f32::consts::PI;
 
@@ -106,6 +108,8 @@ pub struct Lights {
     mesh: MeshLights,
     tree: LightTree,
     infinite: Vec<InfiniteLight>,
+    /// Of area lights, then of those at infinity: their numbers in the scene.
+    numbers_in_scene: Vec<u32>,
 }
 
 /// Lights that surround the scene.
@@ -132,23 +136,17 @@ impl Lights {
         geometry: &Geometry,
         textures: &TextureStore,
     ) -> Self {
-        let area: Vec<AreaLight> = scene
-            .lights
-            .iter()
-            .filter(|light| !light.radiance.is_black())
-            .filter_map(|light| AreaLight::new(light, scene.origin_world))
-            .collect();
-        let infinite = scene
-            .lights
-            .iter()
-            .filter(|light| !light.radiance.is_black())
-            .filter_map(|light| match light.shape {
-                LightShape::Dome => DomeLight::new(light, textures)
-                    .filter(|dome| !dome.mean_radiance().is_black())
-                    .map(|dome| InfiniteLight::Dome(Box::new(dome))),
-                _ => DistantLight::new(light).map(InfiniteLight::Distant),
-            })
-            .collect();
+        let lit = || {
+            let lights = (0..).zip(&scene.lights);
+            lights.filter(|(_, light)| !light.radiance.is_black())
+        };
+        let (mut numbers_in_scene, area): (Vec<u32>, Vec<AreaLight>) = lit()
+            .filter_map(|(idx, light)| Some((idx, AreaLight::new(light, scene.origin_world)?)))
+            .unzip();
+        let (around, infinite): (Vec<u32>, Vec<InfiniteLight>) = lit()
+            .filter_map(|(idx, light)| Some((idx, InfiniteLight::new(light, textures)?)))
+            .unzip();
+        numbers_in_scene.extend(around);
         let p_camera = eye(&camera.world_from_camera, scene.origin_world);
         let mesh = MeshLights::new(geometry, textures, area.len() as u32, p_camera);
         let bounds: Vec<Bounds3> = area.iter().map(AreaLight::bounds).collect();
@@ -166,6 +164,7 @@ impl Lights {
             area,
             mesh,
             infinite,
+            numbers_in_scene,
         }
     }
 
@@ -353,6 +352,16 @@ impl Lights {
 }
 
 impl InfiniteLight {
+    /// None for other shapes, and for domes without light.
+    fn new(light: &Light, textures: &TextureStore) -> Option<Self> {
+        match light.shape {
+            LightShape::Dome => DomeLight::new(light, textures)
+                .filter(|dome| !dome.mean_radiance().is_black())
+                .map(|dome| Self::Dome(Box::new(dome))),
+            _ => DistantLight::new(light).map(Self::Distant),
+        }
+    }
+
     /// Irradiance if nothing is occluded, without its sign; at most [`MAX_IMPORTANCE`].
     fn importance(&self, receiver: Receiver) -> f32 {
         let irradiance = match self {

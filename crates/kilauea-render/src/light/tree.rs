@@ -56,6 +56,16 @@ struct Node {
     link: u32,
 }
 
+/// What is at a node.
+pub(super) enum TreeStep {
+    Light(u32),
+    Fork {
+        /// Probability of the first child.
+        first: f32,
+        children: [usize; 2],
+    },
+}
+
 /// Beyond it, light is as bright as can be: sums of importances must be numbers.
 pub(super) const MAX_IMPORTANCE: f32 = 1e30;
 
@@ -141,6 +151,17 @@ impl LightTree {
             trail >>= 1;
         }
         false
+    }
+
+    /// What a walk finds at a node; none where no light behind it can contribute.
+    pub(super) fn step(&self, idx: usize, p: Vec3, n: Vec3) -> Option<TreeStep> {
+        let node = self.nodes.get(idx)?;
+        if node.is_leaf {
+            return Some(TreeStep::Light(node.link));
+        }
+        let first = self.first_child_probability(idx, p, n)?;
+        let children = [idx + 1, node.link as usize];
+        Some(TreeStep::Fork { first, children })
     }
 
     /// Forks have numbers below this.

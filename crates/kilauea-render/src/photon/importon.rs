@@ -11,6 +11,7 @@ use crate::RenderError;
 use crate::camera::RayGenerator;
 use crate::follow::{Follow, Workforce, follow_some};
 use crate::integrator::{Air, Answer, Blame, Media, MediumStack, Question, RayTracer};
+use crate::light::Receiver;
 use crate::prepared::PreparedScene;
 use crate::sampler::{PixelSequence, Purpose, Sampler, SamplerTables};
 
@@ -31,6 +32,20 @@ pub struct ImportonRequest {
     pub n_threads: usize,
 }
 
+impl ImportonRequest {
+    /// The first rough surface in each pixel.
+    pub(crate) fn of_pixels(resolution: [u32; 2], n_threads: usize) -> Self {
+        Self {
+            resolution,
+            block: 1,
+            max_depth: 16,
+            max_rough: 1,
+            seed: 0,
+            n_threads,
+        }
+    }
+}
+
 /// Where light would reach the image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Importon {
@@ -42,6 +57,8 @@ pub struct Importon {
     pub p: Vec3,
     /// Unit geometric normal on the side that is seen.
     pub n: Vec3,
+    /// Unit shading normal on the side that is seen.
+    pub n_shading: Vec3,
     /// The share of light from here that reaches the camera.
     pub throughput: Spectrum,
     /// The share of light that the surface scatters.
@@ -201,6 +218,7 @@ impl<const CUTOUTS: bool, M: Media> ImportonTracer<'_, CUTOUTS, M> {
                 n_rough: path.n_rough,
                 p: surface.p,
                 n: vertex.n(),
+                n_shading: Receiver::facing(surface.p, surface.ns, surface.wo).n,
                 throughput: traveller.carried,
                 albedo: seen.albedo(),
                 width: self.width(path.travelled),

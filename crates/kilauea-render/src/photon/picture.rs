@@ -5,7 +5,6 @@ use std::num::NonZeroUsize;
 use kilauea_film::{Channel, Image};
 use kilauea_math::{INV_PI, Spectrum};
 use kilauea_photon::{DensityRule, Photon, PhotonClass, PhotonMap, RadiusRule, SurfaceQuery};
-use kilauea_scene::DataWindow;
 use rayon::prelude::*;
 
 use super::importon::{Importon, ImportonRequest, trace_importons};
@@ -41,14 +40,7 @@ pub fn photon_picture(
     resolution: [u32; 2],
     n_threads: usize,
 ) -> Result<Image, RenderError> {
-    let request = ImportonRequest {
-        resolution,
-        block: 1,
-        max_depth: 16,
-        max_rough: 1,
-        seed: 0,
-        n_threads,
-    };
+    let request = ImportonRequest::of_pixels(resolution, n_threads);
     let importons = trace_importons(prepared, &request)?;
     let is_caustic = |p: &&Photon| matches!(p.class, PhotonClass::Caustic { .. });
     let caustic: Vec<Photon> = photons.iter().filter(is_caustic).copied().collect();
@@ -104,12 +96,5 @@ fn image(pixels: &[PhotonPixel], resolution: [u32; 2]) -> Image {
         add(format!("photons.{rgb}"), &|p| p.power[c]);
     }
     add("photons.count".to_owned(), &|p| p.count);
-    Image {
-        resolution,
-        data_window: DataWindow {
-            min: [0, 0],
-            max: resolution.map(|n| n as i32),
-        },
-        channels,
-    }
+    Image::whole(resolution, channels)
 }

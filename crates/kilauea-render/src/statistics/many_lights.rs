@@ -179,6 +179,41 @@ fn whatever_is_said_of_lights_draws_have_the_density_and_light_that_rays_find() 
 }
 
 #[test]
+fn the_likeliest_lights_are_those_of_the_greatest_probability() {
+    for_each_receiver(|name, seen, _| {
+        let (lights, receiver) = (&seen.prepared.lights, seen.receiver);
+        let field = hearsay(lights, receiver);
+        let chooser = ByCells {
+            field: Some(&field),
+        };
+        let numbers = 0..lights.len() as u32;
+        let mut expected: Vec<(f32, u32)> = numbers
+            .map(|light| (lights.probability(light, receiver, chooser), light))
+            .filter(|&(probability, _)| probability > 0.0)
+            .collect();
+        expected.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let all = lights.likeliest(receiver, chooser, f32::INFINITY);
+        let found: Vec<f32> = all.iter().map(|picked| picked.probability).collect();
+        let probabilities: Vec<f32> = expected
+            .iter()
+            .map(|&(probability, _)| probability)
+            .collect();
+        assert_eq!(found, probabilities, "{name}");
+        for picked in &all {
+            let expected = lights.probability(picked.light, receiver, chooser);
+            assert_eq!(picked.probability, expected, "{name}: {picked:?}");
+        }
+        // No more than are asked for.
+        let half = lights.likeliest(receiver, chooser, 0.5);
+        let made_up = |n: usize| found[..n].iter().sum::<f32>();
+        assert!(
+            made_up(half.len()) >= 0.5 && made_up(half.len() - 1) < 0.5,
+            "{name}"
+        );
+    });
+}
+
+#[test]
 fn every_light_is_chosen() {
     let lights = crowd(40);
     let centers: Vec<DVec3> = lights

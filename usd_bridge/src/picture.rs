@@ -1,0 +1,25 @@
+use kilauea_film::{Image, ImageError, ImageMetadata, write_image_exr, write_png};
+use kilauea_render::PreparedScene;
+use std::path::Path;
+
+/// Writes what a scene's camera sees as `.png`, or with all of its layers as `.exr`.
+pub(crate) fn write_picture(
+    output: &Path,
+    picture: &Image,
+    prepared: &PreparedScene,
+) -> Result<(), ImageError> {
+    if has_extension(output, "png") {
+        return write_png(output, picture);
+    }
+    let metadata = ImageMetadata {
+        origin_world: prepared.scene.origin_world,
+        camera: Some(prepared.scene.camera.clone()),
+        ..ImageMetadata::default()
+    };
+    write_image_exr(output, picture.clone(), &metadata)
+}
+
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension()
+        .is_some_and(|found| found.eq_ignore_ascii_case(extension))
+}
