@@ -145,6 +145,12 @@ impl Frame {
         }
     }
 
+    /// Whether work in these passes is over that others hand out.
+    pub(crate) fn is_done_by_others(&self, passes: &Range<u32>) -> bool {
+        let source = self.units.as_ref();
+        source.is_some_and(|source| source.look(passes) == Availability::Over)
+    }
+
     /// Takes the next unit and puts its tile where it starts.
     pub(crate) fn begin_unit(
         &self,
@@ -199,7 +205,8 @@ impl Frame {
     /// Hands over what a unit came to, unless it was broken off.
     pub(crate) fn end_unit(&self, source: &dyn UnitSource, sampled: Sampled) {
         let PixelRun { tile, passes, .. } = sampled.run;
-        if sampled.n_pixels != self.passes.n_pixels(tile) {
+        let is_whole = sampled.n_pixels == self.passes.n_pixels(tile);
+        if !is_whole || self.has_lost_photons(&passes) {
             return;
         }
         let geometry = &self.prepared.geometry;

@@ -1,0 +1,149 @@
+//! The photons of a frame's passes, divided among the members of a set.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+use kilauea_photon::PhotonMap;
+
+use crate::integrator::{Answer, ArrivingPhoton, PhotonQuestion};
+
+/// Passes whose photons are kept: those of the one before, too, for members that are late with it.
+const MOST_PASSES: usize = 2;
+
+/// The parts of maps that members in this process have, pass by pass.
+#[derive(Default)]
+pub(crate) struct PhotonParts {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    kept: VecDeque<PassParts>,
+    ahead: Ahead,
+    /// The largest map of each member, by number; nothing before the first pass.
+    largest: Vec<MemberPhotons>,
+}
+
+/// Photons that a member holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct MemberPhotons {
+    pub(crate) photons: u64,
+    /// Of their map.
+    pub(crate) bytes: u64,
+}
+
+/// What is to be expected of passes after the last one.
+#[derive(Clone, Copy, Default, PartialEq, Eq)]
+enum Ahead {
+    /// They come.
+    #[default]
+    More,
+    /// There are none, as the time is up.
+    Nothing,
+    /// This process does nothing more, and another may take its place.
+    Closed,
+}
+
+/// The maps of one pass.
+#[derive(Clone)]
+pub(crate) struct PassParts {
+    pub(crate) pass: u32,
+    /// Engine space.
+    pub(crate) radius: f32,
+    /// By member; empty for those that are elsewhere.
+    pub(crate) maps: Arc<[Option<PhotonMap>]>,
+}
+
+/// What there is to answer a question with.
+pub(crate) enum Found {
+    Photons(Answer),
+    /// Not yet.
+    Later,
+    /// Nobody answers here any more.
+    Closed,
+}
+
+impl PhotonParts {
+    /// Takes the maps of the next pass.
+    pub(crate) fn add(&self, parts: PassParts) {
+        let mut state = self.lock();
+        state
+            .largest
+            .resize_with(parts.maps.len(), MemberPhotons::default);
+        for (largest, map) in state.largest.iter_mut().zip(&*parts.maps) {
+            let map = map.as_ref();
+            largest.photons = largest.photons.max(map.map_or(0, |map| map.len() as u64));
+            largest.bytes = largest.bytes.max(map.map_or(0, |map| map.bytes() as u64));
+        }
+        state.kept.push_back(parts);
+        if state.kept.len() > MOST_PASSES {
+            state.kept.pop_front();
+        }
+        drop(state);
+        self.changed.notify_all();
+    }
+
+    /// No passes come any more, as the time is up: who asks for their photons gets none.
+    pub(crate) fn end(&self) {
+        self.set_ahead(Ahead::Nothing);
+    }
+
+    /// Nothing comes any more that is not here, but maybe from a successor.
+    pub(crate) fn close(&self) {
+        self.set_ahead(Ahead::Closed);
+    }
+
+    fn set_ahead(&self, ahead: Ahead) {
+        let mut state = self.lock();
+        if state.ahead == Ahead::More {
+            state.ahead = ahead;
+        }
+        drop(state);
+        self.changed.notify_all();
+    }
+
+    /// The photons that a member in this process has of those that a look-up finds.
+    pub(crate) fn look_up(&self, member: usize, question: &PhotonQuestion) -> Found {
+        let state = self.lock();
+        let parts = state.kept.iter().find(|parts| parts.pass == question.pass);
+        let Some(parts) = parts.cloned() else {
+            let is_over = |last: &PassParts| last.pass > question.pass;
+            return match state.ahead {
+                _ if state.kept.back().is_some_and(is_over) => {
+                    Found::Photons(Answer::Photons(None))
+                }
+                Ahead::Nothing => Found::Photons(Answer::Photons(None)),
+                Ahead::More => Found::Later,
+                Ahead::Closed => Found::Closed,
+            };
+        };
+        drop(state);
+        let mut photons = Vec::new();
+        if let Some(Some(map)) = parts.maps.get(member) {
+            ArrivingPhoton::for_each(map, &question.at, parts.radius, |&photon| {
+                photons.push(photon);
+            });
+        }
+        Found::Photons(Answer::Photons(Some(photons)))
+    }
+
+    /// The largest map that a member in this process has had.
+    pub(crate) fn largest(&self, member: usize) -> MemberPhotons {
+        self.lock().largest.get(member).copied().unwrap_or_default()
+    }
+
+    /// Waits until the photons of a pass are here, or never will be.
+    pub(crate) fn wait_for(&self, pass: u32) {
+        let is_to_come = |state: &mut State| {
+            let is_known = state.kept.back().is_some_and(|last| last.pass >= pass);
+            !is_known && state.ahead == Ahead::More
+        };
+        let waited = self.changed.wait_while(self.lock(), is_to_come);
+        drop(waited.unwrap_or_else(PoisonError::into_inner));
+    }
+
+    fn lock(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
