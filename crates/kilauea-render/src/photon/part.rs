@@ -67,3 +67,87 @@ fn divided(pass: PathPass) -> PathPass {
         ..pass
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kilauea_math::{Spectrum, Vec3};
+    use kilauea_photon::PhotonClass;
+
+    fn photon(path_idx: u32) -> Photon {
+        Photon {
+            p: Vec3::X,
+            power: Spectrum::ONE,
+            wi: Vec3::Z,
+            n: Vec3::Z,
+            light_idx: 0,
+            class: PhotonClass::Global,
+            path_idx,
+            depth: 1,
+        }
+    }
+
+    /// Two records of paths, as bytes.
+    fn left() -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for paths in [0..500, 500..600] {
+            let left = LeftPhotons {
+                photons: paths.map(photon).collect(),
+                brightest: 3.0,
+                ..LeftPhotons::default()
+            };
+            left.encode(&mut bytes);
+        }
+        bytes
+    }
+
+    fn pass(kind: PathKind) -> PathPass {
+        PathPass {
+            kind,
+            seed: 0,
+            n_paths: 600,
+        }
+    }
+
+    /// The paths whose photons there are.
+    fn paths(mut bytes: &[u8]) -> Vec<u32> {
+        let mut paths = Vec::new();
+        while !bytes.is_empty() {
+            let left = LeftPhotons::decode(&mut bytes).expect("it is whole");
+            assert_eq!(left.brightest, 3.0, "known to all");
+            paths.extend(left.photons.iter().map(|photon| photon.path_idx));
+        }
+        paths
+    }
+
+    #[test]
+    fn each_photon_is_with_one_member() {
+        let mut all = Vec::new();
+        for number in 0..3 {
+            let part = PhotonPart {
+                number,
+                n_members: 3,
+            };
+            let thinned = part.thin(pass(PathKind::DividedCausticPhotons), left());
+            let own = paths(&thinned);
+            assert!((150..250).contains(&own.len()), "{}", own.len());
+            assert!(thinned.len() < left().len() / 2);
+            all.extend(own);
+            let whole = part.thin(pass(PathKind::CausticPhotons), left());
+            assert_eq!(whole, left(), "not divided");
+        }
+        all.sort_unstable();
+        assert_eq!(all, (0..600).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn what_cannot_be_read_stays_as_it_is() {
+        let part = PhotonPart {
+            number: 0,
+            n_members: 2,
+        };
+        let cut = &left()[..100];
+        let thinned = part.thin(pass(PathKind::DividedCausticPhotons), cut.to_vec());
+        assert_eq!(thinned, cut);
+    }
+}

@@ -147,3 +147,76 @@ impl PhotonParts {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use kilauea_math::Vec3;
+    use kilauea_photon::SurfaceQuery;
+    use std::thread::scope;
+
+    fn pass(pass: u32) -> PassParts {
+        PassParts {
+            pass,
+            radius: 1.0,
+            maps: Arc::new([None, Some(PhotonMap::build(&[]))]),
+        }
+    }
+
+    fn ask(parts: &PhotonParts, pass: u32) -> Found {
+        let at = SurfaceQuery {
+            p: Vec3::ZERO,
+            n: Vec3::Z,
+        };
+        parts.look_up(1, &PhotonQuestion { pass, at })
+    }
+
+    fn has(parts: &PhotonParts, pass: u32) -> bool {
+        matches!(ask(parts, pass), Found::Photons(Answer::Photons(Some(_))))
+    }
+
+    fn is_gone(parts: &PhotonParts, pass: u32) -> bool {
+        matches!(ask(parts, pass), Found::Photons(Answer::Photons(None)))
+    }
+
+    #[test]
+    fn the_last_two_passes_are_here_and_older_ones_gone() {
+        let parts = PhotonParts::default();
+        assert!(matches!(ask(&parts, 0), Found::Later));
+        // A successor has not been in all passes.
+        for (number, older) in [(0, None), (3, Some(0)), (4, Some(3))] {
+            parts.add(pass(number));
+            assert!(has(&parts, number) && older.is_none_or(|older| has(&parts, older)));
+            assert!(matches!(ask(&parts, number + 1), Found::Later));
+        }
+        assert!(is_gone(&parts, 0) && is_gone(&parts, 2));
+    }
+
+    #[test]
+    fn nobody_waits_for_passes_that_do_not_come() {
+        let late = PhotonParts::default();
+        late.add(pass(0));
+        let closed = PhotonParts::default();
+        scope(|threads| {
+            threads.spawn(|| late.wait_for(1));
+            threads.spawn(|| closed.wait_for(0));
+            late.end();
+            closed.close();
+        });
+        assert!(has(&late, 0) && is_gone(&late, 1));
+        assert!(matches!(ask(&closed, 0), Found::Closed));
+        late.close();
+        assert!(is_gone(&late, 1), "what was said stays");
+    }
+
+    #[test]
+    fn who_waits_goes_on_when_the_photons_are_here() {
+        let parts = PhotonParts::default();
+        scope(|threads| {
+            let waits = threads.spawn(|| parts.wait_for(0));
+            parts.add(pass(0));
+            waits.join().expect("no panic");
+        });
+        assert!(has(&parts, 0));
+    }
+}
