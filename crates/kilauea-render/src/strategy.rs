@@ -180,14 +180,12 @@ impl Frame {
         }
     }
 
-    /// Waits until a pass begins; false where others have finished it before this frame began. Who is
-    /// asked for photons has them whether there is work or not.
+    /// Waits until a pass begins; false where others have finished it before this frame began.
     fn begins(&self, plan: &CausticPlan<'_>, pass: u32) -> bool {
-        let passes = pass..pass + 1;
         if plan.divides(self, pass) {
-            !self.is_done_by_others(&passes)
+            self.begins_divided(pass)
         } else {
-            self.has_work(&passes)
+            self.has_work(&(pass..pass + 1))
         }
     }
 

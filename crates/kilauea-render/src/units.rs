@@ -95,6 +95,11 @@ pub trait UnitSource: Send + Sync {
     /// A unit cannot be rendered.
     fn refused(&self, unit: Unit, error: UnitError);
 
+    /// Whether all units of these passes have results, whoever made them.
+    fn has_results(&self, _passes: &Range<u32>) -> bool {
+        false
+    }
+
     /// Shares out paths that all who render the frame need; none where each follows its own.
     fn path_share(&self) -> Option<&dyn PathShare> {
         None
@@ -145,10 +150,17 @@ impl Frame {
         }
     }
 
-    /// Whether work in these passes is over that others hand out.
-    pub(crate) fn is_done_by_others(&self, passes: &Range<u32>) -> bool {
-        let source = self.units.as_ref();
-        source.is_some_and(|source| source.look(passes) == Availability::Over)
+    /// Whether there is, or may come, work in a pass whose photons others ask for: they have them
+    /// whether it is done here or not.
+    pub(crate) fn begins_divided(&self, pass: u32) -> bool {
+        let Some(source) = &self.units else {
+            return true;
+        };
+        let passes = pass..pass + 1;
+        if source.has_results(&passes) {
+            self.photons.skip(pass);
+        }
+        source.look(&passes) != Availability::Over
     }
 
     /// Takes the next unit and puts its tile where it starts.

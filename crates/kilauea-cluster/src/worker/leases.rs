@@ -128,6 +128,10 @@ impl UnitSource for Leases {
         Some(&self.paths)
     }
 
+    fn has_results(&self, passes: &Range<u32>) -> bool {
+        passes.end <= self.lock().n_passes_over
+    }
+
     fn wait(&self, passes: &Range<u32>) -> Availability {
         let is_open = |state: &mut State| state.availability(passes) == Availability::NotYet;
         let waited = self

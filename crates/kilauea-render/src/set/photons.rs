@@ -20,6 +20,8 @@ pub(crate) struct PhotonParts {
 #[derive(Default)]
 struct State {
     kept: VecDeque<PassParts>,
+    /// The number after that of the last pass that was here, or that was over before.
+    next: u32,
     ahead: Ahead,
     /// The largest map of each member, by number; nothing before the first pass.
     largest: Vec<MemberPhotons>,
@@ -76,10 +78,19 @@ impl PhotonParts {
             largest.photons = largest.photons.max(map.map_or(0, |map| map.len() as u64));
             largest.bytes = largest.bytes.max(map.map_or(0, |map| map.bytes() as u64));
         }
+        state.next = parts.pass + 1;
         state.kept.push_back(parts);
         if state.kept.len() > MOST_PASSES {
             state.kept.pop_front();
         }
+        drop(state);
+        self.changed.notify_all();
+    }
+
+    /// All samples of a pass are there without its photons: who asks for them is late.
+    pub(crate) fn skip(&self, pass: u32) {
+        let mut state = self.lock();
+        state.next = pass + 1;
         drop(state);
         self.changed.notify_all();
     }
@@ -108,11 +119,8 @@ impl PhotonParts {
         let state = self.lock();
         let parts = state.kept.iter().find(|parts| parts.pass == question.pass);
         let Some(parts) = parts.cloned() else {
-            let is_over = |last: &PassParts| last.pass > question.pass;
             return match state.ahead {
-                _ if state.kept.back().is_some_and(is_over) => {
-                    Found::Photons(Answer::Photons(None))
-                }
+                _ if question.pass < state.next => Found::Photons(Answer::Photons(None)),
                 Ahead::Nothing => Found::Photons(Answer::Photons(None)),
                 Ahead::More => Found::Later,
                 Ahead::Closed => Found::Closed,
@@ -135,10 +143,7 @@ impl PhotonParts {
 
     /// Waits until the photons of a pass are here, or never will be.
     pub(crate) fn wait_for(&self, pass: u32) {
-        let is_to_come = |state: &mut State| {
-            let is_known = state.kept.back().is_some_and(|last| last.pass >= pass);
-            !is_known && state.ahead == Ahead::More
-        };
+        let is_to_come = |state: &mut State| pass >= state.next && state.ahead == Ahead::More;
         let waited = self.changed.wait_while(self.lock(), is_to_come);
         drop(waited.unwrap_or_else(PoisonError::into_inner));
     }
@@ -190,6 +195,8 @@ mod tests {
             assert!(matches!(ask(&parts, number + 1), Found::Later));
         }
         assert!(is_gone(&parts, 0) && is_gone(&parts, 2));
+        parts.skip(5);
+        assert!(is_gone(&parts, 5) && has(&parts, 4), "the others went on");
     }
 
     #[test]
