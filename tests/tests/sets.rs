@@ -7,7 +7,7 @@ use kilauea_render::{
 };
 use kilauea_scene::{
     Channel, FilterKind, GlobalIllumination, Input, Integrator, Light, LightShape, Node,
-    RenderSettings, Scene, Shading, Wrap,
+    PhotonSplit, RenderSettings, Scene, Shading, Wrap,
 };
 use kilauea_tests::{
     Curves, Mesh, MeshPrimvar, Picture, Placements, Points, Stage, TileFile, black_emitter, glass,
@@ -251,6 +251,74 @@ fn caustics_by_photons() {
     };
     settings.photons.radius = Some(0.1);
     check_few("caustics", &stage, &settings);
+}
+
+#[test]
+fn photons_that_are_divided_bring_the_same_light() {
+    let mut stage = in_a_box();
+    stage.materials.push(glass(&[]));
+    stage.spheres[0].material = 2;
+    let settings = |split| {
+        let mut settings = RenderSettings {
+            gi: GlobalIllumination::Consistent,
+            resolution: [24, 16],
+            samples_per_pixel: 4,
+            ..settings()
+        };
+        settings.photons.radius = Some(0.1);
+        settings.photons.emitted_per_sample = Some(4000);
+        settings.photons.split = split;
+        settings
+    };
+    let whole = Picture::render(
+        &stage.prepare(&settings(PhotonSplit::Never)),
+        settings(PhotonSplit::Never),
+    );
+    let looked_up = |picture: &Picture| {
+        let rays = picture.stats.set.as_ref().map(|set| set.rays.clone());
+        let photons = rays
+            .unwrap_or_default()
+            .into_iter()
+            .find(|r| r.kind == "photons");
+        photons.map_or([0; 2], |photons| [photons.rays, photons.met])
+    };
+    assert!(
+        whole.stats.photons.stored > 1000,
+        "{:?}",
+        whole.stats.photons
+    );
+    for n_members in [2, 3] {
+        let prepared = spread(&stage.scene([24, 16]), n_members);
+        for shading in [Shading::Inline, Shading::Queued, Shading::Bytes] {
+            let render = |split| {
+                let settings = RenderSettings {
+                    shading,
+                    threads: 2,
+                    ..settings(split)
+                };
+                Picture::render(&prepared, settings)
+            };
+            let what = format!("{n_members} members, {shading:?}");
+            let divided = render(PhotonSplit::Always);
+            whole.check_same_bits(&divided, &what);
+            assert_eq!(
+                whole.stats.photons.stored, divided.stats.photons.stored,
+                "{what}"
+            );
+            if shading != Shading::Inline {
+                let [n_lookups, n_met] = looked_up(&divided);
+                assert!(
+                    n_lookups > 100 && n_met > n_lookups / 10,
+                    "{what}: {n_lookups}, {n_met}"
+                );
+            }
+            if shading == Shading::Bytes {
+                let undivided = render(PhotonSplit::WhereNeeded);
+                whole.check_same_bits(&undivided, &format!("{what}, not divided"));
+                assert_eq!(looked_up(&undivided), [0; 2], "{what}");
+            }
+        }
+    }
 }
 
 /// As [`check`], with a set of three alone.

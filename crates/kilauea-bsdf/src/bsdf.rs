@@ -170,11 +170,13 @@ impl Bsdf {
 }
 
 /// A [`Bsdf`] as seen from one direction.
+#[derive(Clone)]
 pub struct SeenBsdf {
     lobes: SeenLobes,
     wo: Vec3,
 }
 
+#[derive(Clone)]
 enum SeenLobes {
     Lambert(Lambert, Side),
     Layered(Layered, View),

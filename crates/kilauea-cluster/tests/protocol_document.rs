@@ -67,6 +67,7 @@ fn samples() -> Vec<Frame> {
                 n_chunks: 5,
                 broadcast: Broadcast::Culled,
                 packing: Packing::Lz4,
+                photon_bytes: Some(6),
             }),
         }
         .frame(EPOCH, &[]),

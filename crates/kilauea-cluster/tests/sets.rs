@@ -11,7 +11,7 @@ use kilauea_cluster::{
 };
 use kilauea_math::hash::{mix32, unit_f32};
 use kilauea_render::{Broadcast, Packing};
-use kilauea_scene::{GlobalIllumination, Integrator, Shading};
+use kilauea_scene::{GlobalIllumination, Integrator, PhotonSplit, Shading};
 
 const CULLED: SetOptions = SetOptions {
     size: SetSize::Workers(2),
@@ -173,6 +173,60 @@ fn a_member_killed_at_any_moment_changes_no_bit() {
             let result = job.finish().expect(&what);
             shot.check(&alone, &result, &what);
         }
+    }
+}
+
+/// Caustic photons of which each member keeps a part.
+fn divided(samples_per_pixel: u32) -> Shot {
+    let gi = GlobalIllumination::Consistent;
+    shot_of(Integrator::Kilauea, gi).with(|s| {
+        s.samples_per_pixel = samples_per_pixel;
+        s.photons.emitted_per_sample = Some(20_000);
+        s.photons.split = PhotonSplit::Always;
+    })
+}
+
+#[test]
+fn each_member_keeps_its_part_of_the_photons() {
+    let shot = divided(6);
+    let alone = shot.alone();
+    for size in [2, 3] {
+        let what = format!("a set of {size}");
+        let result = shot.start(options(size, size, processes())).finish();
+        let result = result.expect(&what);
+        shot.check(&alone, &result, &what);
+        let stats = &result.frame.stats;
+        let set = stats.set.as_ref().expect(&what);
+        let lookups = set.rays.iter().find(|rays| rays.kind == "photons");
+        assert!(
+            lookups.is_some_and(|l| l.rays > 0 && l.met > 0),
+            "{what}: {lookups:?}"
+        );
+        let n_all: u64 = set.members.iter().map(|member| member.photons).sum();
+        assert!(n_all > 1000, "{what}: {n_all}");
+        for member in &set.members {
+            let share = member.photons as f64 / n_all as f64 * f64::from(size);
+            assert!((share - 1.0).abs() < 0.2, "{what}: {:?}", set.members);
+            assert!(
+                member.photon_bytes > 28 * member.photons,
+                "{what}: {member:?}"
+            );
+        }
+        assert_eq!(alone.stats.photons.stored, stats.photons.stored, "{what}");
+    }
+}
+
+#[test]
+fn the_successor_of_a_member_gets_its_part_of_the_photons() {
+    let shot = divided(12);
+    let alone = shot.alone();
+    for seed in 0..2 * n_kills() {
+        let size = 2 + seed % 2;
+        let what = format!("a set of {size}, seed {seed}");
+        let job = shot.start(options(size, size, processes()));
+        kill_one(&job, seed);
+        let result = job.finish().expect(&what);
+        shot.check(&alone, &result, &what);
     }
 }
 

@@ -35,6 +35,7 @@
 #![forbid(unsafe_code)]
 
 mod density;
+mod light_sum;
 mod map;
 mod merge;
 mod morton;
@@ -46,6 +47,7 @@ mod radiance;
 mod tree;
 
 pub use density::{DensityRule, Irradiance, Kernel, NearPhoton, RadiusRule, SurfaceQuery};
+pub use light_sum::{LightSum, LightUnit};
 pub use map::{PhotonMap, StoredPhoton};
 pub use merge::{EyeSubpath, LightSubpath, Merging};
 pub use photon::{Photon, PhotonClass};

@@ -17,6 +17,8 @@ pub struct PhotonMap {
     photons: Vec<PackedPhoton>,
     /// Empty in maps without caustic photons.
     d_eye: Vec<f32>,
+    /// Greatest channel of a power.
+    brightest: f32,
     power_scale: PowerScale,
     lights: LightTable,
     n_rejected: usize,
@@ -29,12 +31,23 @@ impl PhotonMap {
     ///
     /// If there are 2³² photons or more.
     pub fn build(photons: &[Photon]) -> Self {
+        Self::build_part(photons, 0.0)
+    }
+
+    /// A part of a map in which no channel of a valid photon's power is above `brightest`: its photons
+    /// are, bit for bit, as they are in the whole, but for the numbers of their lights.
+    ///
+    /// # Panics
+    ///
+    /// If there are 2³² photons or more.
+    pub fn build_part(photons: &[Photon], brightest: f32) -> Self {
         let valid: Vec<&Photon> = photons.par_iter().filter(|p| p.is_valid()).collect();
         let (tree, order) = PointTree::build(valid.len(), |i| valid[i].p, |i| valid[i].key());
         let ordered = || order.par_iter().map(|&i| valid[i as usize]);
 
         let max_channel = valid.par_iter().map(|photon| photon.power.max_channel());
-        let power_scale = PowerScale::up_to(max_channel.reduce(|| 0.0, f32::max));
+        let brightest = max_channel.reduce(|| brightest, f32::max);
+        let power_scale = PowerScale::up_to(brightest);
         let lights = LightTable::new(valid.iter().map(|photon| photon.light_idx));
         let has_caustic = valid
             .par_iter()
@@ -48,6 +61,7 @@ impl PhotonMap {
                 Vec::new()
             },
             tree,
+            brightest,
             power_scale,
             lights,
             n_rejected: photons.len() - valid.len(),
@@ -68,6 +82,11 @@ impl PhotonMap {
     /// length one.
     pub fn n_rejected(&self) -> usize {
         self.n_rejected
+    }
+
+    /// The greatest channel of a photon's power, in the whole if this is a part.
+    pub fn brightest(&self) -> f32 {
+        self.brightest
     }
 
     /// Memory that the map takes.

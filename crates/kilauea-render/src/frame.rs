@@ -1,7 +1,7 @@
 //! A frame as engine threads see it: how it is run, and where its results go.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -27,7 +27,7 @@ use crate::prepared::PreparedScene;
 use crate::program::{PassesJob, PixelProgram, PixelRoots, Sampled};
 use crate::sampler::SamplerTables;
 use crate::samples::PixelSampler;
-use crate::set::{SetParts, Traffic};
+use crate::set::{PhotonParts, SetParts, Traffic};
 use crate::shades::Shades;
 use crate::share::PathShare;
 use crate::stats::{AimStats, CausticStats, FinalGatherStats};
@@ -62,6 +62,10 @@ pub(crate) struct Frame {
     pub(crate) blame: Blame,
     /// With the members of a set.
     pub(crate) traffic: Traffic,
+    /// Photons that are divided among the members of a set.
+    pub(crate) photons: Arc<PhotonParts>,
+    /// The number after that of the last pass for which somebody had them no more.
+    pub(crate) lost_photons: AtomicU32,
     pub(crate) outcome: Mutex<Outcome>,
     pub(crate) ended: Condvar,
 }
@@ -103,6 +107,7 @@ impl Frame {
     /// Renders until all samples are taken, the time is up or something fails.
     pub(crate) fn render(&self) {
         let result = self.take_samples();
+        self.photons.close();
         let mut outcome = self.lock_outcome();
         outcome.error = result.err();
         let before_paths = outcome.gather_secs + outcome.caustics.seconds;
@@ -123,7 +128,8 @@ impl Frame {
     pub(crate) fn tracer<const CUTOUTS: bool>(&self) -> RayTracer<'_, CUTOUTS> {
         RayTracer {
             sends_texels: self.settings.shading == Shading::Bytes,
-            ..RayTracer::of(&self.prepared, &self.blame).asking(self.conditions.broadcast)
+            ..RayTracer::of(&self.prepared, &self.blame)
+                .asking(self.conditions.broadcast, &self.photons)
         }
     }
 
@@ -294,6 +300,13 @@ impl Frame {
     /// Who shares out paths that all who render the frame need; none where each follows its own.
     pub(crate) fn path_share(&self) -> Option<&dyn PathShare> {
         self.units.as_ref()?.path_share()
+    }
+
+    /// Whether samples of a pass lack photons that somebody had no more: its time is up, or all samples
+    /// of the pass are there.
+    pub(crate) fn has_lost_photons(&self, passes: &Range<u32>) -> bool {
+        let lost = self.lost_photons.load(Ordering::Acquire);
+        lost > 0 && passes.contains(&(lost - 1))
     }
 
     /// Whether nobody waits for more samples.

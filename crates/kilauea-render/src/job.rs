@@ -2,7 +2,7 @@
 
 use kilauea_film::{Aov, Film, FilmSettings, Filter};
 use kilauea_scene::{DataWindow, RenderSettings};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -240,6 +240,11 @@ impl Frame {
             n_threads,
             blame: Blame::default(),
             traffic: Traffic::new(prepared.member_bytes().len(), conditions.sample_one_in),
+            photons: (prepared.set.as_ref())
+                .filter(|set| set.has_own())
+                .map(|set| Arc::clone(&set.photons))
+                .unwrap_or_default(),
+            lost_photons: AtomicU32::new(0),
             outcome: Mutex::default(),
             ended: Condvar::new(),
             prepared,

@@ -51,14 +51,14 @@ pub use job::{RenderJob, RenderResult};
 pub use needs::SceneNeeds;
 pub use photon::{
     Importon, ImportonRequest, LightShares, MIN_ROUGHNESS, PhotonBenefit, PhotonCounts,
-    PhotonMemory, PhotonNumbers, PhotonRays, PhotonReport, PhotonRequest, PhotonTimes,
+    PhotonMemory, PhotonNumbers, PhotonPart, PhotonRays, PhotonReport, PhotonRequest, PhotonTimes,
     TracedPhotons, photon_benefit, photon_picture, trace_importons, trace_photons,
 };
 pub use prepared::{PrepareOptions, PreparedScene};
 #[doc(hidden)]
 pub use set::fuzzing;
 pub use set::{
-    Broadcast, MemberBytes, MemberSeat, MemberStats, Packing, Partners, PartnersGone,
+    Answered, Broadcast, MemberBytes, MemberSeat, MemberStats, Packing, Partners, PartnersGone,
     PlacementError, RaySample, RayTraffic, Set, SetOutline, SetPlan, SetStats,
 };
 pub use share::{PathKind, PathPass, PathShare};

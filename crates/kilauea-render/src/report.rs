@@ -93,7 +93,7 @@ impl Frame {
                 lights: prepared.lights.len() as u64,
                 ..prepared.size
             },
-            set: self.traffic.stats(prepared),
+            set: self.traffic.stats(prepared, &self.photons),
             shared_passes: Vec::new(),
             needs,
             skipped,

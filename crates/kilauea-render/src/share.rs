@@ -36,6 +36,8 @@ pub enum PathKind {
     Trial,
     /// Photons of what diffuse lobes receive.
     Irradiance,
+    /// As caustic photons, of which each member of a set keeps a part.
+    DividedCausticPhotons,
 }
 
 impl PathKind {
@@ -48,6 +50,7 @@ impl PathKind {
             Self::Training => "training",
             Self::Trial => "trial",
             Self::Irradiance => "irradiance",
+            Self::DividedCausticPhotons => "divided caustic photons",
         }
     }
 
@@ -55,9 +58,11 @@ impl PathKind {
     /// that the bits of sums do not depend on who follows them, or few of those that take long.
     pub fn grain(self) -> u32 {
         match self {
-            Self::Photons | Self::CausticPhotons | Self::Arrivals | Self::Irradiance => {
-                4 * PATHS_PER_BLOCK
-            }
+            Self::Photons
+            | Self::CausticPhotons
+            | Self::DividedCausticPhotons
+            | Self::Arrivals
+            | Self::Irradiance => 4 * PATHS_PER_BLOCK,
             Self::Training | Self::Trial => 16,
         }
     }

@@ -4,17 +4,18 @@
 //! lights alone; all others once, for scenes that have everything: as often as these, they would take
 //! minutes.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use kilauea_scene::{GlobalIllumination, Integrator};
 
 use crate::RenderError;
-use crate::caustics::CausticPlan;
+use crate::caustics::{CausticPlan, CausticSource};
 use crate::final_gather::IrradianceCache;
 use crate::frame::Frame;
 use crate::gather::GatherEstimate;
 use crate::integrator::{
-    Aimed, Air, Guide, Guided, LightGuided, Media, PathIntegrator, Unguided, Unmerged,
+    Aimed, Air, Guide, Guided, LightGuided, Media, Merge, PathIntegrator, Unguided, Unmerged,
 };
 
 impl Frame {
@@ -135,24 +136,54 @@ impl Frame {
             lights: learnt.lights(),
         });
         for pass in 0..self.passes.n_passes() {
-            if self.is_clean() || self.is_over() || self.is_late() {
+            if self.is_clean() || self.is_late() {
+                self.photons.end();
                 break;
             }
-            // Others may have finished the pass before this frame began.
-            if !self.has_work(&(pass..pass + 1)) {
+            if self.is_over() {
+                break;
+            }
+            if !self.begins(plan, pass) {
                 continue;
             }
             let photons = plan.trace(self, pass)?;
-            let (merge, pass) = (photons.merge(self), pass..pass + 1);
-            match irradiance {
-                Some(irradiance) => {
-                    let gather = irradiance.gather(self, merge);
-                    self.run_some(integrator.merging_by(gather), pass)
+            let passes = pass..pass + 1;
+            match photons.source() {
+                CausticSource::Here(map) => {
+                    self.run_pass(integrator, photons.merge(map), irradiance, passes)
                 }
-                None => self.run_some(integrator.merging_by(merge), pass),
+                CausticSource::OfSet(source) => {
+                    self.run_pass(integrator, photons.merge(source), irradiance, passes)
+                }
             }?;
         }
         Ok(())
+    }
+
+    /// Takes the samples of a pass by paths that merge with photons, and may look irradiance up.
+    fn run_pass<M: Media, G: Guide>(
+        &self,
+        integrator: PathIntegrator<'_, true, M, G>,
+        merge: impl Merge,
+        irradiance: Option<&IrradianceCache>,
+        pass: Range<u32>,
+    ) -> Result<(), RenderError> {
+        match irradiance {
+            Some(irradiance) => {
+                let gather = irradiance.gather(self, merge);
+                self.run_some(integrator.merging_by(gather), pass)
+            }
+            None => self.run_some(integrator.merging_by(merge), pass),
+        }
+    }
+
+    /// Waits until a pass begins; false where others have finished it before this frame began.
+    fn begins(&self, plan: &CausticPlan<'_>, pass: u32) -> bool {
+        if plan.divides(self, pass) {
+            self.begins_divided(pass)
+        } else {
+            self.has_work(&(pass..pass + 1))
+        }
     }
 
     /// Whether rays pass some of what they meet.

@@ -95,6 +95,11 @@ pub trait UnitSource: Send + Sync {
     /// A unit cannot be rendered.
     fn refused(&self, unit: Unit, error: UnitError);
 
+    /// Whether all units of these passes have results, whoever made them.
+    fn has_results(&self, _passes: &Range<u32>) -> bool {
+        false
+    }
+
     /// Shares out paths that all who render the frame need; none where each follows its own.
     fn path_share(&self) -> Option<&dyn PathShare> {
         None
@@ -143,6 +148,19 @@ impl Frame {
                 Availability::Over => return false,
             }
         }
+    }
+
+    /// Whether there is, or may come, work in a pass whose photons others ask for: they have them
+    /// whether it is done here or not.
+    pub(crate) fn begins_divided(&self, pass: u32) -> bool {
+        let Some(source) = &self.units else {
+            return true;
+        };
+        let passes = pass..pass + 1;
+        if source.has_results(&passes) {
+            self.photons.skip(pass);
+        }
+        source.look(&passes) != Availability::Over
     }
 
     /// Takes the next unit and puts its tile where it starts.
@@ -199,7 +217,8 @@ impl Frame {
     /// Hands over what a unit came to, unless it was broken off.
     pub(crate) fn end_unit(&self, source: &dyn UnitSource, sampled: Sampled) {
         let PixelRun { tile, passes, .. } = sampled.run;
-        if sampled.n_pixels != self.passes.n_pixels(tile) {
+        let is_whole = sampled.n_pixels == self.passes.n_pixels(tile);
+        if !is_whole || self.has_lost_photons(&passes) {
             return;
         }
         let geometry = &self.prepared.geometry;

@@ -31,7 +31,7 @@ pub use error::SceneError;
 pub use instance::{InstanceAttribute, Instances, Prototype};
 pub use light::{Light, LightShape, Shaping};
 pub use material::{Channel, Input, Material, Node, NodeIdx, TextureFile, TextureSource, Wrap};
-pub use photon_settings::{Aim, CausticStrategy, FinalGathering, PhotonSettings};
+pub use photon_settings::{Aim, CausticStrategy, FinalGathering, PhotonSettings, PhotonSplit};
 pub use points::PointsChunk;
 pub use scene::Scene;
 pub use settings::{

@@ -17,6 +17,21 @@ pub struct PhotonSettings {
     pub aim: Aim,
     /// Whether paths look irradiance up at their second rough vertex.
     pub final_gathering: FinalGathering,
+    /// Whether each member of a set keeps a part of the caustic photons, and asks the others for theirs.
+    pub split: PhotonSplit,
+}
+
+/// When the photons of a map are divided among the members of a set. The picture is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PhotonSplit {
+    /// Where the map does not fit in the memory that a member has left.
+    #[default]
+    WhereNeeded,
+    /// In any set.
+    Always,
+    /// Not at all.
+    Never,
 }
 
 /// When paths look irradiance up that is known from photons.

@@ -136,6 +136,8 @@ pub struct Seat {
     pub broadcast: Broadcast,
     /// How rays and hits are packed.
     pub packing: Packing,
+    /// Bytes that each member has left for photons, where that is known.
+    pub photon_bytes: Option<u64>,
 }
 
 /// Says that the bulk data is a chunk, or a piece of one whose last piece has the flag.

@@ -157,6 +157,7 @@ impl Engine {
             number: seat.number as usize,
             partners: links,
             packing: seat.packing,
+            photon_bytes: seat.photon_bytes,
         };
         let scene = PreparedScene::member(part.scene, member_seat, options);
         let scene = Arc::new(scene.map_err(|error| error.to_string())?);

@@ -6,7 +6,8 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use kilauea_render::{
-    Availability, PathShare, TileResult, TileStart, Unit, UnitError, UnitOrder, UnitSource,
+    Availability, PathShare, PhotonPart, TileResult, TileStart, Unit, UnitError, UnitOrder,
+    UnitSource,
 };
 use tokio::sync::mpsc;
 
@@ -35,11 +36,16 @@ struct State {
 }
 
 impl Leases {
-    pub(crate) fn new(outbox: mpsc::Sender<Frame>, epoch: u32) -> Self {
+    /// Of a worker that keeps `photon_part` where photons are divided.
+    pub(crate) fn new(
+        outbox: mpsc::Sender<Frame>,
+        epoch: u32,
+        photon_part: Option<PhotonPart>,
+    ) -> Self {
         Self {
             state: Mutex::default(),
             changed: Condvar::new(),
-            paths: SharedPaths::new(outbox.clone(), epoch),
+            paths: SharedPaths::new(outbox.clone(), epoch, photon_part),
             outbox,
             epoch,
         }
@@ -120,6 +126,10 @@ impl State {
 impl UnitSource for Leases {
     fn path_share(&self) -> Option<&dyn PathShare> {
         Some(&self.paths)
+    }
+
+    fn has_results(&self, passes: &Range<u32>) -> bool {
+        passes.end <= self.lock().n_passes_over
     }
 
     fn wait(&self, passes: &Range<u32>) -> Availability {

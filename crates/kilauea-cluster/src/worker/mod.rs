@@ -153,20 +153,21 @@ pub(crate) async fn work(
         camera,
         scene,
     } = receive_order(&mut reader).await?;
-    let (work, set) = match &start.seat {
+    let (work, set, photon_part) = match &start.seat {
         None => {
             let whole = Whole {
                 bytes: scene,
                 held,
                 camera,
             };
-            (Work::Whole(Box::new(whole)), None)
+            (Work::Whole(Box::new(whole)), None, None)
         }
         Some(seat) => {
             drop(held);
             let common = scene.unwrap_or_default();
             let mut part = receive_part(&mut reader, seat, common).await?;
             part.scene.camera = camera;
+            let photon_part = part.outline.photon_part(seat.number as usize);
             let (set, answerers) = SetSide::open(ticket, seat, scene_hash, host).await?;
             let membership = Membership {
                 seat: *seat,
@@ -175,10 +176,11 @@ pub(crate) async fn work(
                 address: set.address.clone(),
                 answerers,
             };
-            (Work::Part(Box::new((part, membership))), Some(set))
+            let work = Work::Part(Box::new((part, membership)));
+            (work, Some(set), Some(photon_part))
         }
     };
-    let leases = Arc::new(Leases::new(outbox.clone(), ticket.epoch));
+    let leases = Arc::new(Leases::new(outbox.clone(), ticket.epoch, photon_part));
     let engine = Engine {
         leases: Arc::clone(&leases),
         outbox,

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::ops::Range;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-use kilauea_render::{PathPass, PathShare};
+use kilauea_render::{PathPass, PathShare, PhotonPart};
 use tokio::sync::mpsc;
 
 use crate::protocol::{Failed, Frame, FrameKind, Message, PathsLeft, PathsWanted};
@@ -15,6 +15,8 @@ pub(crate) struct SharedPaths {
     changed: Condvar,
     outbox: mpsc::Sender<Frame>,
     epoch: u32,
+    /// What is kept here where photons are divided among a set.
+    photon_part: Option<PhotonPart>,
 }
 
 #[derive(Default)]
@@ -41,12 +43,17 @@ impl Pass {
 }
 
 impl SharedPaths {
-    pub(crate) fn new(outbox: mpsc::Sender<Frame>, epoch: u32) -> Self {
+    pub(crate) fn new(
+        outbox: mpsc::Sender<Frame>,
+        epoch: u32,
+        photon_part: Option<PhotonPart>,
+    ) -> Self {
         Self {
             state: Mutex::default(),
             changed: Condvar::new(),
             outbox,
             epoch,
+            photon_part,
         }
     }
 
@@ -57,8 +64,13 @@ impl SharedPaths {
         self.changed.notify_all();
     }
 
-    /// Takes what paths left that others followed.
+    /// Takes what paths left. Of photons that are divided only those stay that are kept here, so that
+    /// never all of them are here at once.
     pub(crate) fn add(&self, pass: PathPass, paths: &Range<u32>, left: Vec<u8>) {
+        let left = match self.photon_part {
+            Some(part) => part.thin(pass, left),
+            None => left,
+        };
         let mut state = self.lock();
         let known = &mut state.passes.entry(pass).or_default().left;
         known.insert(paths.start, (paths.len() as u32, left));

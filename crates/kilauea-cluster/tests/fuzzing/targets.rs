@@ -47,6 +47,8 @@ pub(crate) fn targets() -> Vec<Target> {
         tickets(),
         questions(),
         answers(),
+        lookups(),
+        found_photons(),
     ]
 }
 
@@ -232,6 +234,58 @@ fn answers() -> Target {
     }
 }
 
+/// Look-ups of photons that members of a set ask of each other.
+fn lookups() -> Target {
+    Target {
+        name: "lookups",
+        read: Box::new(kilauea_render::fuzzing::read_questions),
+        repair: |bytes| bytes,
+        seeds: vec![packed(&lookup_bytes()), lookup_bytes()],
+        fixed_bytes: 8 * MIB,
+        bytes_per_byte: 64,
+    }
+}
+
+/// The photons that a member finds for them.
+fn found_photons() -> Target {
+    Target {
+        name: "found photons",
+        read: Box::new(|bytes| kilauea_render::fuzzing::read_answers(&lookup_bytes(), bytes)),
+        repair: |bytes| bytes,
+        seeds: vec![packed(&found_bytes()), found_bytes()],
+        // As many as a reply may have, in columns and as they are, and what LZ4 may make of few bytes.
+        fixed_bytes: 16 * MIB,
+        bytes_per_byte: 64,
+    }
+}
+
+/// As docs/rays-on-the-wire.md has it, not packed: two look-ups.
+fn lookup_bytes() -> Vec<u8> {
+    let mut bytes = vec![0, 2, 0];
+    bytes.extend([0, 2]);
+    bytes.push(0);
+    bytes.extend(3_u32.to_le_bytes());
+    bytes.push(1);
+    bytes.extend([1.0_f32, 2.0].map(f32::to_le_bytes).concat());
+    for word in [0.5_f32, -1.0, 0.0, 1.0, 0.0] {
+        bytes.push(0);
+        bytes.extend(word.to_le_bytes());
+    }
+    bytes
+}
+
+/// Both are answered: one photon, and some that are gone.
+fn found_bytes() -> Vec<u8> {
+    let mut bytes = vec![0, 2, 0];
+    bytes.push(1);
+    bytes.extend([1, u32::MAX].map(u32::to_le_bytes).concat());
+    for word in [1.0_f32, 2.0, 3.0, 0.0, 1.0, 0.0, 0.25, 1e-4] {
+        bytes.push(0);
+        bytes.extend(word.to_le_bytes());
+    }
+    bytes
+}
+
 /// As docs/rays-on-the-wire.md has it, not packed.
 fn question_bytes() -> Vec<u8> {
     let mut bytes = vec![0, 3, 0];
@@ -316,6 +370,7 @@ fn all_messages() -> Vec<Frame> {
             n_chunks: 3,
             broadcast: Broadcast::Culled,
             packing: Packing::Lz4,
+            photon_bytes: Some(1 << 20),
         }),
     };
     let members = Members {

@@ -1,8 +1,10 @@
 //! Caustics by photons: whether they pay, how many, and the map that each pass of samples merges
 //! with.
 
+mod division;
 mod pass;
 mod plan;
 mod radius;
 
+pub(crate) use pass::CausticSource;
 pub(crate) use plan::CausticPlan;

@@ -23,6 +23,8 @@ pub(crate) struct CausticPlan<'a> {
     pub(super) first_radius: f32,
     /// Specular surfaces that photons meet at most.
     pub(super) max_specular: u32,
+    /// Photons that a path leaves, in the mean.
+    pub(super) kept_per_path: f64,
 }
 
 /// Paths that lights send out for each sample of a pixel: measured, see decision 022.
@@ -65,11 +67,12 @@ impl<'a> CausticPlan<'a> {
         }
         let n_per_sample = n_per_sample(settings);
         let max_specular = settings.max_depth.div_ceil(2);
-        let plan = |emitter, first_radius| Self {
+        let plan = |emitter, first_radius, kept_per_path| Self {
             emitter,
             n_per_sample,
             first_radius,
             max_specular,
+            kept_per_path,
         };
         let share = frame.path_share();
         let request = pilot_request(settings, frame.n_threads);
@@ -86,7 +89,9 @@ impl<'a> CausticPlan<'a> {
             };
             let traced = trace_photons_shared(prepared, &request, share)?;
             frame.lock_outcome().add_photons(&traced);
-            return Ok(Ok(plan(emitter.aimed_by(&traced.caustic_rays), radius)));
+            // Nobody has told how many aimed paths leave photons.
+            let emitter = emitter.aimed_by(&traced.caustic_rays);
+            return Ok(Ok(plan(emitter, radius, 1.0)));
         }
 
         // Do photons pay, and where do they have to go?
@@ -110,7 +115,10 @@ impl<'a> CausticPlan<'a> {
         frame.lock_outcome().add_photons(&aimed);
         let photons = &aimed.photons;
         match first_radius(&importons, photons, N_PILOT, n_per_sample, IMPORTON_BLOCK) {
-            Some(radius) => Ok(Ok(plan(emitter, radius))),
+            Some(radius) => {
+                let kept_per_path = photons.len() as f64 / f64::from(N_PILOT);
+                Ok(Ok(plan(emitter, radius, kept_per_path)))
+            }
             None => skip("too few arrive where they are seen"),
         }
     }

@@ -28,9 +28,12 @@ pub(crate) use guide::{
     Training, Unguided, n_rays,
 };
 pub(crate) use media::{Air, Boundary, Media, MediumStack};
-pub(crate) use merge::{CausticMerge, FinalGather, Merge, Unmerged};
+pub(crate) use merge::{
+    ArrivingPhoton, CausticMerge, FinalGather, Gathering, Merge, N_WORDS, PhotonSource,
+    PhotonsOfSet, Unmerged,
+};
 pub(crate) use path::PathIntegrator;
 pub(crate) use path_sample::PathSample;
-pub(crate) use question::{Answer, Met, Question};
+pub(crate) use question::{Answer, Met, PhotonQuestion, Question};
 pub(crate) use ray_counts::{RayCounts, RayTally};
 pub(crate) use rays::RayTracer;

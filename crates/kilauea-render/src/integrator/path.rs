@@ -170,6 +170,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                 }
                 path.throughput.advance(depth);
                 let (shader, at) = (vertex.interaction.shader, vertex.interaction.at);
+                let mut asked = X::Asked::default();
                 let scattered = {
                     let shading = self.blame.shading(at);
                     let shade = pin!(shader.shade(PathShade {
@@ -182,12 +183,14 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                         counts,
                         out: &mut out,
                         next: &mut next,
+                        asked: &mut asked,
                         cx,
                         program: PhantomData,
                     }));
                     drop(shading);
                     self.blame.watch(at, shade).await
                 };
+                self.merge.receive(&mut path.eye, &mut asked).await;
                 path.throughput
                     .add(&mut out, depth + 1, scattered.diffuse, scattered.specular);
                 if let Some([diffuse, specular]) = X::take(&mut path.eye) {

@@ -2,12 +2,15 @@
 
 use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_math::Vec3;
+use kilauea_photon::SurfaceQuery;
 use kilauea_spot::{Wire, WireError};
 use kilauea_texture::TileId;
 
+use super::merge::ArrivingPhoton;
 use crate::geometry::Carried;
 use crate::sampler::Sampler;
 use crate::set::Parcel;
+use crate::wire::{put_list, put_vec, take_list, take_vec};
 
 /// Most are about a ray, whose `key` decides at surfaces that let some rays pass; 0 where there are
 /// none.
@@ -23,6 +26,17 @@ pub(crate) enum Question {
     },
     /// The tile of a texture is to be brought to where it is looked up.
     Tile(TileId),
+    /// Which photons lie on a surface around a place?
+    Photons(PhotonQuestion),
+}
+
+/// Asks for the photons that a look-up finds, as far as each member of a set has them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PhotonQuestion {
+    /// Number of the pass whose photons they are.
+    pub(crate) pass: u32,
+    /// Where.
+    pub(crate) at: SurfaceQuery,
 }
 
 /// The answer to a [`Question`] of the same kind.
@@ -34,6 +48,8 @@ pub(crate) enum Answer {
     Occluded(bool),
     /// Its texels, where those who answer have a memory of their own.
     Tile(Option<Box<[u8]>>),
+    /// In any order; none where some member has them no more.
+    Photons(Option<Vec<ArrivingPhoton>>),
 }
 
 /// A hit on a primitive that lies elsewhere, and what is needed of that.
@@ -114,12 +130,24 @@ impl Answer {
             other => panic!("asked for a tile, told of {other:?}"),
         }
     }
+
+    /// Photons; none where some are gone.
+    ///
+    /// # Panics
+    /// If another question was answered.
+    pub(super) fn photons(self) -> Option<Vec<ArrivingPhoton>> {
+        match self {
+            Self::Photons(photons) => photons,
+            other => panic!("asked for photons, told of {other:?}"),
+        }
+    }
 }
 
 const CLOSEST: u8 = 0;
 const OCCLUDED: u8 = 1;
 const MET: u8 = 2;
 const TILE: u8 = 3;
+const PHOTONS: u8 = 4;
 
 impl Wire for Question {
     fn encode(&self, bytes: &mut Vec<u8>) {
@@ -129,6 +157,13 @@ impl Wire for Question {
             Self::Tile(tile) => {
                 TILE.encode(bytes);
                 tile.0.encode(bytes);
+                return;
+            }
+            Self::Photons(PhotonQuestion { pass, at }) => {
+                PHOTONS.encode(bytes);
+                pass.encode(bytes);
+                put_vec(at.p, bytes);
+                put_vec(at.n, bytes);
                 return;
             }
         };
@@ -148,6 +183,12 @@ impl Wire for Question {
         match kind {
             CLOSEST | OCCLUDED => {}
             TILE => return Ok(Self::Tile(TileId(u32::decode(bytes)?))),
+            PHOTONS => {
+                let pass = u32::decode(bytes)?;
+                let (p, n) = (take_vec(bytes)?, take_vec(bytes)?);
+                let at = SurfaceQuery { p, n };
+                return Ok(Self::Photons(PhotonQuestion { pass, at }));
+            }
             other => return Err(WireError::Variant(other)),
         }
         let origin = Vec3::from_array(Wire::decode(bytes)?);
@@ -196,6 +237,14 @@ impl Wire for Answer {
                 TILE.encode(bytes);
                 texels.encode(bytes);
             }
+            Self::Photons(photons) => {
+                PHOTONS.encode(bytes);
+                photons.is_some().encode(bytes);
+                let put = |photon: &ArrivingPhoton, bytes: &mut Vec<u8>| {
+                    photon.to_words().encode(bytes);
+                };
+                put_list(photons.as_deref().unwrap_or_default(), put, bytes);
+            }
         }
     }
 
@@ -209,6 +258,12 @@ impl Wire for Answer {
             })),
             OCCLUDED => Ok(Self::Occluded(bool::decode(bytes)?)),
             TILE => Ok(Self::Tile(Wire::decode(bytes)?)),
+            PHOTONS => {
+                let is_there = bool::decode(bytes)?;
+                let take = |bytes: &mut &[u8]| Ok(ArrivingPhoton::of_words(Wire::decode(bytes)?));
+                let photons = take_list(take, bytes)?;
+                Ok(Self::Photons(is_there.then_some(photons)))
+            }
             other => Err(WireError::Variant(other)),
         }
     }
@@ -275,5 +330,14 @@ mod tests {
         check(&Question::Tile(TileId(1 << 20)));
         check(&Answer::Tile(None));
         check(&Answer::Tile(Some([3, 0, 7].into())));
+        let at = SurfaceQuery {
+            p: Vec3::new(1.0, -0.0, 3.0),
+            n: Vec3::Y,
+        };
+        check(&Question::Photons(PhotonQuestion { pass: 7, at }));
+        let photon =
+            |i: u32| ArrivingPhoton::of_words([i as f32, 1e-40, 2.0, 3.0, -0.0, 5.0, 6.0, 7.0]);
+        check(&Answer::Photons(None));
+        check(&Answer::Photons(Some((0..3).map(photon).collect())));
     }
 }

@@ -11,7 +11,7 @@ use super::media::is_hidden;
 use super::question::{Answer, Question};
 use crate::geometry::{Geometry, View};
 use crate::prepared::PreparedScene;
-use crate::set::{Asker, Broadcast};
+use crate::set::{Asker, Broadcast, PhotonParts};
 
 /// Traces rays.
 ///
@@ -54,6 +54,7 @@ impl<'a, const CUTOUTS: bool> RayTracer<'a, CUTOUTS> {
             geometry: &prepared.geometry,
             textures: &prepared.textures,
             broadcast: Broadcast::default(),
+            photons: &set.photons,
         });
         Self {
             set,
@@ -76,9 +77,13 @@ impl<'a, const CUTOUTS: bool> RayTracer<'a, CUTOUTS> {
         }
     }
 
-    /// The same, asking those of a set that `broadcast` says.
-    pub(crate) fn asking(self, broadcast: Broadcast) -> Self {
-        let set = self.set.map(|asker| Asker { broadcast, ..asker });
+    /// The same, asking those of a set that `broadcast` says, for photons as well.
+    pub(crate) fn asking(self, broadcast: Broadcast, photons: &'a PhotonParts) -> Self {
+        let set = self.set.map(|asker| Asker {
+            broadcast,
+            photons,
+            ..asker
+        });
         Self { set, ..self }
     }
 
@@ -102,6 +107,8 @@ impl<'a, const CUTOUTS: bool> RayTracer<'a, CUTOUTS> {
                 least_priority,
             } => Answer::Occluded(self.is_occluded(&ray, key, least_priority)),
             Question::Tile(tile) => Answer::Tile(self.bring(tile)),
+            // They are asked of sets alone.
+            Question::Photons(_) => Answer::Photons(None),
         }
     }
 

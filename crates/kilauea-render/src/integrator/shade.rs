@@ -43,6 +43,8 @@ where
     pub(super) out: &'v mut PathSample,
     /// What the path hits next; none where it ends.
     pub(super) next: &'v mut Option<C::Reply>,
+    /// Light of photons that is asked for.
+    pub(super) asked: &'v mut X::Asked<C::Reply, G::Knowledge>,
     pub(super) cx: &'v C,
     pub(super) program: PhantomData<P>,
 }
@@ -123,7 +125,9 @@ where
         self.see_bsdf(bsdf);
         let (vertex, knowledge) = (&self.vertex, &self.knowledge);
         let merge = &self.integrator.merge;
-        let has_merged = merge.gather(&mut self.path.eye, vertex, bsdf, knowledge);
+        let (eye, lobes) = (&mut self.path.eye, (bsdf, knowledge));
+        let ask = |question| self.cx.ask(question);
+        let has_merged = merge.gather(eye, vertex, lobes, ask, self.asked);
         let mut light = self.go_on(bsdf);
         // What photons bring is a part of what the path brings, even if that ends here.
         light.goes_on |= has_merged;

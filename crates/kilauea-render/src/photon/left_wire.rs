@@ -15,6 +15,7 @@ const CAUSTIC: u8 = 1;
 impl Wire for LeftPhotons {
     fn encode(&self, bytes: &mut Vec<u8>) {
         put_list(&self.photons, put_photon, bytes);
+        self.brightest.encode(bytes);
         put_list(&self.caustic_rays, put_caustic_ray, bytes);
         put_list(&self.arrivals, put_record, bytes);
         self.sent_out.encode(bytes);
@@ -42,6 +43,7 @@ impl Wire for LeftPhotons {
     fn decode(bytes: &mut &[u8]) -> Result<Self, WireError> {
         Ok(Self {
             photons: take_list(take_photon, bytes)?,
+            brightest: f32::decode(bytes)?,
             caustic_rays: take_list(take_caustic_ray, bytes)?,
             arrivals: take_list(take_record, bytes)?,
             sent_out: f64::decode(bytes)?,
@@ -130,6 +132,7 @@ mod tests {
         let caustic = PhotonClass::Caustic { d_eye: 0.25 };
         LeftPhotons {
             photons: vec![photon(1, PhotonClass::Global), photon(2, caustic)],
+            brightest: 2.5,
             caustic_rays: vec![CausticRay {
                 light: 3,
                 dir: Vec3::X,
@@ -169,12 +172,14 @@ mod tests {
         assert!(rest.is_empty());
         let LeftPhotons {
             photons,
+            brightest,
             caustic_rays,
             arrivals,
             sent_out,
             counts,
         } = left();
         assert_eq!((read.photons, read.arrivals), (photons, arrivals));
+        assert_eq!(read.brightest, brightest);
         assert_eq!((read.sent_out, read.counts), (sent_out, counts));
         assert_eq!(
             format!("{:?}", read.caustic_rays),

@@ -56,6 +56,8 @@ impl Kept {
 pub struct TracedPhotons {
     /// In the order of their paths; of one path, in the order of its surfaces.
     pub photons: Vec<Photon>,
+    /// Greatest channel of a valid photon's power, also of those that others keep.
+    pub brightest: f32,
     /// What was done for them.
     pub counts: PhotonCounts,
     /// How long that took.
@@ -157,6 +159,7 @@ fn trace_kept(
     for left in left {
         traced.counts.add(&left.counts);
         traced.photons.extend(left.photons);
+        traced.brightest = traced.brightest.max(left.brightest);
         traced.caustic_rays.extend(left.caustic_rays);
     }
     traced.seconds = start.elapsed().as_secs_f64();

@@ -39,6 +39,8 @@ pub(super) struct PhotonTracer<'a, const CUTOUTS: bool, M> {
 #[derive(Default)]
 pub(super) struct LeftPhotons {
     pub(super) photons: Vec<Photon>,
+    /// Greatest channel of a valid photon's power, also of those that are kept elsewhere.
+    pub(super) brightest: f32,
     /// How the light of the caustic ones left, where all are kept.
     pub(super) caustic_rays: Vec<CausticRay>,
     /// What paths are aimed by, where that is all that is kept.
@@ -383,6 +385,7 @@ impl LeftPhotons {
     /// Adds what the next paths left.
     pub(super) fn append(&mut self, next: Self) {
         self.photons.extend(next.photons);
+        self.brightest = self.brightest.max(next.brightest);
         self.caustic_rays.extend(next.caustic_rays);
         self.arrivals.extend(next.arrivals);
         self.sent_out += next.sent_out;
@@ -396,6 +399,9 @@ impl LeftPhotons {
         match photon.class {
             PhotonClass::Caustic { .. } => self.counts.stored_caustic += 1,
             PhotonClass::Global => self.counts.stored_global += 1,
+        }
+        if photon.is_valid() {
+            self.brightest = self.brightest.max(photon.power.max_channel());
         }
         self.photons.push(photon);
     }

@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Set;
 use super::member::Member;
+use super::photons::{Found, PhotonParts};
 use crate::geometry::Geometry;
-use crate::integrator::{Answer, Blame, Question, RayTracer};
+use crate::integrator::{Answer, Blame, PhotonQuestion, Question, RayTracer};
 
 /// Who is asked what a ray meets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -30,6 +31,8 @@ pub(crate) struct Asker<'a> {
     /// Images of who asks.
     pub(crate) textures: &'a TextureStore,
     pub(crate) broadcast: Broadcast,
+    /// The photons of the frame that are divided.
+    pub(crate) photons: &'a PhotonParts,
 }
 
 /// Members by their number, one bit each.
@@ -69,7 +72,15 @@ impl Question {
     pub(super) fn ray(&self) -> Option<&Ray> {
         match self {
             Self::Closest { ray, .. } | Self::Occluded { ray, .. } => Some(ray),
-            Self::Tile(_) => None,
+            Self::Tile(_) | Self::Photons(_) => None,
+        }
+    }
+
+    /// The look-up of photons that it is.
+    pub(super) fn lookup(&self) -> Option<PhotonQuestion> {
+        match self {
+            Self::Photons(lookup) => Some(*lookup),
+            Self::Closest { .. } | Self::Occluded { .. } | Self::Tile(_) => None,
         }
     }
 
@@ -77,7 +88,7 @@ impl Question {
     pub(super) fn key(&self) -> u32 {
         match self {
             Self::Closest { key, .. } | Self::Occluded { key, .. } => *key,
-            Self::Tile(_) => 0,
+            Self::Tile(_) | Self::Photons(_) => 0,
         }
     }
 
@@ -102,13 +113,17 @@ impl Question {
             Self::Closest { .. } => Answer::Closest(None),
             Self::Occluded { .. } => Answer::Occluded(false),
             Self::Tile(_) => Answer::Tile(None),
+            Self::Photons(_) => Answer::Photons(Some(Vec::new())),
         }
     }
 }
 
 impl Answer {
-    /// Whether it tells of something on the way of the ray.
+    /// Whether it tells of something on the way of the ray, or of photons.
     pub(super) fn is_met(&self) -> bool {
+        if let Self::Photons(photons) = self {
+            return photons.as_ref().is_some_and(|photons| !photons.is_empty());
+        }
         matches!(
             self,
             Self::Met(_) | Self::Closest(Some(_)) | Self::Occluded(true)
@@ -120,13 +135,18 @@ impl Answer {
         match self {
             Self::Closest(hit) => hit.as_ref(),
             Self::Met(met) => Some(&met.hit),
-            Self::Occluded(_) | Self::Tile(_) => None,
+            Self::Occluded(_) | Self::Tile(_) | Self::Photons(_) => None,
         }
     }
 
     /// What two members' answers to the same question amount to. In whichever order answers are
-    /// combined, the outcome is the same: no two hits are equal in distance, instance and primitive.
+    /// combined, the outcome is the same: no two hits are equal in distance, instance and primitive, and
+    /// photons are added up in any order.
     pub(super) fn or(self, other: Self) -> Self {
+        if let (Self::Photons(some), Self::Photons(others)) = (&self, &other) {
+            let all = some.as_ref().zip(others.as_ref());
+            return Self::Photons(all.map(|(some, others)| [&some[..], others].concat()));
+        }
         let is_first = match (&self, &other) {
             (Self::Occluded(is_occluded), _) => *is_occluded,
             _ => match (self.first_hit(), other.first_hit()) {
@@ -152,22 +172,23 @@ impl<'a> Asker<'a> {
     /// Who is asked beside the one who asks.
     #[inline]
     fn whom(&self, question: &Question) -> Whom {
-        let Some(ray) = question.ray() else {
-            return Whom::NOBODY;
-        };
         let own = self.set.own;
         let all = Whom::first(self.set.members.len()).without(own);
-        match self.broadcast {
-            Broadcast::Full => all,
-            Broadcast::Culled => self.set.boxes.pierced(ray, own).unwrap_or(all),
+        match (question.ray(), self.broadcast) {
+            (Some(ray), Broadcast::Culled) => self.set.boxes.pierced(ray, own).unwrap_or(all),
+            (Some(_), Broadcast::Full) => all,
+            (None, _) if matches!(question, Question::Photons(_)) => all,
+            (None, _) => Whom::NOBODY,
         }
     }
 
     /// Answers as far as who asks is a member, and says who else is to be asked what.
     #[inline]
     pub(super) fn begin<const CUTOUTS: bool>(&self, question: Question, blame: &'a Blame) -> Begun {
-        let known = self.set.own.map(|_| {
-            RayTracer::<CUTOUTS>::of_part(self.geometry, self.textures, blame).answer_here(question)
+        let known = self.set.own.map(|own| match &question {
+            Question::Photons(question) => self.photons_of(own, question),
+            _ => RayTracer::<CUTOUTS>::of_part(self.geometry, self.textures, blame)
+                .answer_here(question),
         });
         let left = match (&known, self.broadcast) {
             (Some(known), Broadcast::Culled) => question.beyond(known),
@@ -178,6 +199,14 @@ impl<'a> Asker<'a> {
             known,
             question: left.unwrap_or(question),
             whom,
+        }
+    }
+
+    /// The photons that a member in this process has: they are here before anyone asks.
+    pub(super) fn photons_of(&self, member: usize, question: &PhotonQuestion) -> Answer {
+        match self.photons.look_up(member, question) {
+            Found::Photons(answer) => answer,
+            Found::Later | Found::Closed => Answer::Photons(None),
         }
     }
 
@@ -222,15 +251,16 @@ impl<'a> Asker<'a> {
         question: Question,
         blame: &'a Blame,
     ) -> Result<Answer, RunError> {
-        match &self.set.members[number] {
-            Member::Elsewhere(remote) => {
+        match (&self.set.members[number], &question) {
+            (Member::Elsewhere(remote), _) => {
                 let asked = remote.ask(&[question])?;
                 let mut answers = asked.answers.into_iter();
                 Ok(answers
                     .next()
                     .unwrap_or_else(|| question.answer_of_nobody()))
             }
-            member => {
+            (_, Question::Photons(question)) => Ok(self.photons_of(number, question)),
+            (member, _) => {
                 let tracer = member.tracer::<CUTOUTS>(blame);
                 let answer = tracer.map(|tracer| tracer.answer_of_part(question));
                 Ok(answer.unwrap_or_else(|| question.answer_of_nobody()))

@@ -14,6 +14,7 @@ mod outline;
 mod owners;
 mod parcel;
 mod partners;
+mod photons;
 mod pieces;
 mod process;
 mod server;
@@ -26,7 +27,8 @@ pub use ask::Broadcast;
 pub use outline::SetOutline;
 pub use owners::{PlacementError, SetPlan};
 pub(crate) use parcel::Parcel;
-pub use partners::{Partners, PartnersGone};
+pub use partners::{Answered, Partners, PartnersGone};
+pub(crate) use photons::{PassParts, PhotonParts};
 pub use process::MemberSeat;
 pub(crate) use server::SetParts;
 pub(crate) use traffic::Traffic;
@@ -41,6 +43,7 @@ use shaders::Shader;
 
 use crate::RenderError;
 use crate::geometry::Geometry;
+use crate::photon::PhotonPart;
 use crate::prepared::PrepareOptions;
 use boxes::ChunkBoxes;
 use cut::cut;
@@ -52,6 +55,10 @@ pub struct Set {
     /// The member that is who asks, if any is.
     own: Option<usize>,
     boxes: ChunkBoxes,
+    /// The photons that are divided, as far as the member that is who asks has them.
+    pub(crate) photons: Arc<PhotonParts>,
+    /// Bytes that a member has left for photons, where that is known.
+    pub(crate) photon_bytes: Option<u64>,
 }
 
 /// Bytes that a member of a set holds; zeros where that is not known.
@@ -99,8 +106,31 @@ impl Set {
                 members,
                 own: None,
                 boxes,
+                photons: Arc::default(),
+                photon_bytes: None,
             },
         ))
+    }
+
+    /// Members in this process, by number, each with the part of the photons that falls to it; none for
+    /// those that are elsewhere.
+    pub(crate) fn photon_parts(&self) -> impl Iterator<Item = Option<PhotonPart>> + '_ {
+        let n_members = self.members.len();
+        let numbered = self.members.iter().enumerate();
+        numbered.map(move |(number, member)| {
+            let is_here = !matches!(member, Member::Elsewhere(_));
+            is_here.then_some(PhotonPart { number, n_members })
+        })
+    }
+
+    /// Members.
+    pub(crate) fn n_members(&self) -> usize {
+        self.members.len()
+    }
+
+    /// Whether who asks is a member.
+    pub(crate) fn has_own(&self) -> bool {
+        self.own.is_some()
     }
 
     /// Bytes that each member holds; `own` if it is who asks.

@@ -8,6 +8,7 @@ use super::SetPlan;
 use super::units::{chunk_bounds, chunk_bytes};
 use crate::RenderError;
 use crate::geometry::Outline;
+use crate::photon::PhotonPart;
 use crate::stats::SceneSize;
 
 /// What a member of a set must know of the whole scene besides its part: how primitives are numbered
@@ -42,6 +43,14 @@ impl SetOutline {
             plan: plan.clone(),
             size: SceneSize::of(scene),
         })
+    }
+
+    /// The photons that fall to a member, where they are divided.
+    pub fn photon_part(&self, number: usize) -> PhotonPart {
+        PhotonPart {
+            number,
+            n_members: self.plan.n_members(),
+        }
     }
 
     /// Refuses a part of another scene, and a member that there is not.

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use kilauea_spot::{RunError, WireError};
 
-use super::server::{answer_bytes, malformed};
-use super::wire::{Packing, decode_answers, encode_questions, pack, unpack};
+use super::photons::Found;
+use super::server::{answer_all, ask_all};
+use super::wire::{Packing, decode_questions, unpack};
 use crate::integrator::{Answer, Blame, Question, RayTracer};
 use crate::prepared::PreparedScene;
 
@@ -44,35 +45,87 @@ pub(super) struct Asked {
 impl Remote {
     /// Asks a batch.
     pub(super) fn ask(&self, questions: &[Question]) -> Result<Asked, RunError> {
-        let batch = pack(encode_questions(questions, self.packing), self.packing);
-        let n_bytes_sent = batch.len();
-        let reply = self.partners.ask(self.number, batch);
-        let reply = reply.map_err(|error| RunError::Unanswered {
-            part: self.number,
-            reason: error.to_string(),
-        })?;
-        let answers = unpack(&reply).and_then(|body| decode_answers(questions, body.into_owned()));
-        Ok(Asked {
-            answers: answers.map_err(|source| malformed(&reply, source))?,
-            n_bytes: [n_bytes_sent, reply.len()],
+        ask_all(questions, self.packing, |batch| {
+            let reply = self.partners.ask(self.number, batch);
+            reply.map_err(|error| RunError::Unanswered {
+                part: self.number,
+                reason: error.to_string(),
+            })
         })
     }
 }
 
+/// What comes of a batch that another member asks.
+pub enum Answered {
+    /// Its answers.
+    Now(Vec<u8>),
+    /// It asks for photons that are not here yet. Who waits for them must not keep others from being
+    /// answered: it may be their rays by which photons come.
+    Later,
+    /// Nobody answers here any more; a successor may.
+    Never,
+}
+
 impl PreparedScene {
-    /// Answers a batch that another member of the set asks: what rays meet of the part that is here.
+    /// Answers a batch that another member of the set asks: what rays meet of the part that is here, or
+    /// which of its photons lie there.
     ///
     /// # Errors
     /// If the bytes are no batch.
-    pub fn answer_batch(&self, batch: &[u8], packing: Packing) -> Result<Vec<u8>, WireError> {
+    pub fn answer_batch(&self, batch: &[u8], packing: Packing) -> Result<Answered, WireError> {
+        let questions = unpack(batch).and_then(|body| decode_questions(&body))?;
+        if let Some(Question::Photons(_)) = questions.first() {
+            return self.answer_for_photons(questions, packing);
+        }
         let blame = &Blame::default();
         // A surface that lets rays pass is asked for it wherever there is one.
-        if self.needs.cutouts || self.needs.nested_media {
+        let answered = if self.needs.cutouts || self.needs.nested_media {
             let tracer = RayTracer::<true>::of_part(&self.geometry, &self.textures, blame);
-            answer_bytes(batch, packing, |question| tracer.answer_of_part(question))
+            answer_all(questions, packing, |question| {
+                tracer.answer_of_part(question)
+            })
         } else {
             let tracer = RayTracer::<false>::of_part(&self.geometry, &self.textures, blame);
-            answer_bytes(batch, packing, |question| tracer.answer_of_part(question))
+            answer_all(questions, packing, |question| {
+                tracer.answer_of_part(question)
+            })
+        };
+        answered.map(Answered::Now)
+    }
+
+    /// Waits until a batch that asks for photons can be answered.
+    pub fn wait_for_photons(&self, batch: &[u8]) {
+        let questions = unpack(batch).and_then(|body| decode_questions(&body));
+        let Some(set) = &self.set else { return };
+        for question in questions.unwrap_or_default() {
+            if let Question::Photons(question) = question {
+                set.photons.wait_for(question.pass);
+            }
         }
+    }
+
+    fn answer_for_photons(
+        &self,
+        questions: Vec<Question>,
+        packing: Packing,
+    ) -> Result<Answered, WireError> {
+        let member = self.set.as_ref().and_then(|set| Some((set, set.own?)));
+        let Some((set, own)) = member else {
+            return Ok(Answered::Never);
+        };
+        let mut missing = None;
+        let answered = answer_all(questions, packing, |question| {
+            let found = match &question {
+                Question::Photons(question) => set.photons.look_up(own, question),
+                _ => Found::Photons(question.answer_of_nobody()),
+            };
+            match found {
+                Found::Photons(answer) => return answer,
+                Found::Later => missing = Some(Answered::Later),
+                Found::Closed => missing = Some(Answered::Never),
+            }
+            question.answer_of_nobody()
+        })?;
+        Ok(missing.unwrap_or(Answered::Now(answered)))
     }
 }

@@ -25,6 +25,8 @@ pub struct MemberSeat {
     pub partners: Arc<dyn Partners>,
     /// How questions to them are packed.
     pub packing: Packing,
+    /// Bytes that a member has left for photons, where that is known: the same for all.
+    pub photon_bytes: Option<u64>,
 }
 
 impl Set {
@@ -79,6 +81,7 @@ impl PreparedScene {
             number,
             partners,
             packing,
+            photon_bytes,
         } = seat;
         outline.check(&part, number)?;
         let SetOutline {
@@ -109,6 +112,8 @@ impl PreparedScene {
             members,
             own,
             boxes,
+            photons: Arc::default(),
+            photon_bytes,
         });
         Ok(Self::around((part, geometry, set), size, options, start))
     }

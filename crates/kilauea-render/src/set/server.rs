@@ -37,9 +37,10 @@ impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
     /// The answers of a member, and the bytes to and from it.
     fn ask(
         &self,
-        member: &Member,
+        number: usize,
         questions: Vec<Question>,
     ) -> Result<(Vec<Answer>, [usize; 2]), RunError> {
+        let member = &self.asker.set.members[number];
         if let Member::Elsewhere(remote) = member {
             let start = Instant::now();
             let Asked { answers, n_bytes } = remote.ask(&questions)?;
@@ -47,18 +48,18 @@ impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
             return Ok((answers, n_bytes));
         }
         let tracer = member.tracer::<CUTOUTS>(self.blame);
-        let answer = |question: Question| match &tracer {
-            Some(tracer) => tracer.answer_of_part(question),
-            None => question.answer_of_nobody(),
+        let answer = |question: Question| match (&tracer, &question) {
+            (_, Question::Photons(question)) => self.asker.photons_of(number, question),
+            (Some(tracer), _) => tracer.answer_of_part(question),
+            (None, _) => question.answer_of_nobody(),
         };
         let Some(packing) = self.as_bytes else {
             return Ok((questions.into_iter().map(answer).collect(), [0; 2]));
         };
-        let request = pack(encode_questions(&questions, packing), packing);
-        let reply = answer_bytes(&request, packing, answer).map_err(|e| malformed(&request, e))?;
-        let answers = unpack(&reply).and_then(|body| decode_answers(&questions, body.into_owned()));
-        let answers = answers.map_err(|source| malformed(&reply, source))?;
-        Ok((answers, [request.len(), reply.len()]))
+        let asked = ask_all(&questions, packing, |request| {
+            answer_bytes(&request, packing, answer).map_err(|error| malformed(&request, error))
+        })?;
+        Ok((asked.answers, asked.n_bytes))
     }
 }
 
@@ -70,6 +71,7 @@ impl Question {
             Self::Closest { ray, .. } if ray.visibility == Visibility::CAMERA => RayKind::Camera,
             // Nobody is asked for tiles.
             Self::Closest { .. } | Self::Tile(_) => RayKind::Indirect,
+            Self::Photons(_) => RayKind::Photons,
         }
     }
 }
@@ -83,11 +85,13 @@ where
     }
 
     fn route(&self, question: Question) -> Route<P> {
-        let Some(ray) = question.ray() else {
+        if matches!(question, Question::Tile(_)) {
             return Route::Answered(question.answer_of_nobody());
-        };
+        }
         let kind = question.ray_kind();
-        if self.traffic.wants_sample(ray) {
+        if let Some(ray) = question.ray()
+            && self.traffic.wants_sample(ray)
+        {
             let units = self.asker.set.boxes.pierced_units(ray);
             self.traffic.add_sample(kind, units);
         }
@@ -138,12 +142,35 @@ where
         };
         let kind = first.ray_kind();
         self.traffic.count_asked(kind, part, questions.len());
-        let (answers, n_bytes) = self.ask(&self.asker.set.members[part], questions)?;
+        let (answers, n_bytes) = self.ask(part, questions)?;
         self.traffic.count_bytes(kind, n_bytes);
         let n_met = answers.iter().filter(|answer| answer.is_met()).count();
         self.traffic.count_met(kind, n_met);
         Ok(answers)
     }
+}
+
+/// Has all questions answered, as bytes: again and again where one reply has no room for all photons.
+pub(super) fn ask_all(
+    questions: &[Question],
+    packing: Packing,
+    mut ask: impl FnMut(Vec<u8>) -> Result<Vec<u8>, RunError>,
+) -> Result<Asked, RunError> {
+    let mut all = Asked {
+        answers: Vec::with_capacity(questions.len()),
+        n_bytes: [0; 2],
+    };
+    while all.answers.len() < questions.len() {
+        let rest = &questions[all.answers.len()..];
+        let request = pack(encode_questions(rest, packing), packing);
+        all.n_bytes[0] += request.len();
+        let reply = ask(request)?;
+        all.n_bytes[1] += reply.len();
+        let answers = unpack(&reply).and_then(|body| decode_answers(rest, body.into_owned()));
+        let answers = answers.map_err(|source| malformed(&reply, source))?;
+        all.answers.extend(answers);
+    }
+    Ok(all)
 }
 
 /// The far side: it has nothing but bytes and what answers.
@@ -153,11 +180,21 @@ pub(super) fn answer_bytes(
     answer: impl FnMut(Question) -> Answer,
 ) -> Result<Vec<u8>, WireError> {
     let questions = unpack(request).and_then(|body| decode_questions(&body))?;
+    answer_all(questions, packing, answer)
+}
+
+pub(super) fn answer_all(
+    questions: Vec<Question>,
+    packing: Packing,
+    mut answer: impl FnMut(Question) -> Answer,
+) -> Result<Vec<u8>, WireError> {
     let mut replies = Replies::default();
-    for answer in questions.into_iter().map(answer) {
-        replies.add(&answer);
+    for question in questions {
+        if !replies.add(&answer(question)) {
+            break;
+        }
     }
-    Ok(pack(replies.encode(packing), packing))
+    Ok(pack(replies.encode(packing)?, packing))
 }
 
 pub(super) fn malformed(bytes: &[u8], source: WireError) -> RunError {

@@ -9,6 +9,7 @@ use kilauea_math::hash::combine;
 use serde::{Deserialize, Serialize};
 
 use super::MemberBytes;
+use super::photons::PhotonParts;
 use crate::prepared::PreparedScene;
 
 /// What a ray is for. Rays of one kind travel together.
@@ -17,23 +18,26 @@ pub(crate) enum RayKind {
     Camera,
     Indirect,
     Shadow,
+    /// None is traced: photons are looked up.
+    Photons,
 }
 
 impl RayKind {
-    pub(crate) const ALL: [Self; 3] = [Self::Camera, Self::Indirect, Self::Shadow];
+    pub(crate) const ALL: [Self; 4] = [Self::Camera, Self::Indirect, Self::Shadow, Self::Photons];
 
     fn name(self) -> &'static str {
         match self {
             Self::Camera => "camera",
             Self::Indirect => "indirect",
             Self::Shadow => "shadow",
+            Self::Photons => "photons",
         }
     }
 }
 
 /// Counters, by kind of ray and by member.
 pub(crate) struct Traffic {
-    kinds: [KindCounters; 3],
+    kinds: [KindCounters; 4],
     /// By member, without who asks.
     asked: Vec<AtomicU64>,
     /// One ray in so many is sampled; none if zero.
@@ -87,9 +91,9 @@ pub struct SetStats {
 /// Rays of one kind.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RayTraffic {
-    /// `camera`, `indirect` or `shadow`.
+    /// `camera`, `indirect`, `shadow`, or `photons` for look-ups of those.
     pub kind: String,
-    /// Rays.
+    /// Rays, or look-ups.
     pub rays: u64,
     /// Members asked, for all of them.
     pub asked: u64,
@@ -108,6 +112,10 @@ pub struct MemberStats {
     pub bytes: MemberBytes,
     /// Rays that it was asked, of those asked in batches.
     pub asked: u64,
+    /// Photons of the largest pass that it kept, where they were divided.
+    pub photons: u64,
+    /// Bytes of their map.
+    pub photon_bytes: u64,
 }
 
 impl Traffic {
@@ -163,7 +171,11 @@ impl Traffic {
     }
 
     /// All counts, with what the members hold; none where there is no set.
-    pub(crate) fn stats(&self, prepared: &PreparedScene) -> Option<SetStats> {
+    pub(crate) fn stats(
+        &self,
+        prepared: &PreparedScene,
+        photons: &PhotonParts,
+    ) -> Option<SetStats> {
         let set = prepared.set.as_ref()?;
         let samples = self.samples.lock().unwrap_or_else(PoisonError::into_inner);
         let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
@@ -187,9 +199,14 @@ impl Traffic {
                 .collect(),
             members: (prepared.member_bytes().into_iter())
                 .zip(self.asked.iter().enumerate())
-                .map(|(bytes, (member, asked))| MemberStats {
-                    bytes,
-                    asked: get(asked) + asked_of(member),
+                .map(|(bytes, (member, asked))| {
+                    let held = photons.largest(member);
+                    MemberStats {
+                        bytes,
+                        asked: get(asked) + asked_of(member),
+                        photons: held.photons,
+                        photon_bytes: held.bytes,
+                    }
                 })
                 .collect(),
             box_bytes: if samples.is_empty() {
@@ -220,6 +237,8 @@ impl SetStats {
             if ours.bytes == MemberBytes::default() {
                 ours.bytes = theirs.bytes;
             }
+            ours.photons = ours.photons.max(theirs.photons);
+            ours.photon_bytes = ours.photon_bytes.max(theirs.photon_bytes);
         }
     }
 }

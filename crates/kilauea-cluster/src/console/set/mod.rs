@@ -23,6 +23,8 @@ pub(super) struct Sets {
     pub(super) options: SetOptions,
     /// Workers of a set.
     size: u32,
+    /// Bytes that each member has left for photons, where it is said how much memory they have.
+    photon_bytes: Option<u64>,
 }
 
 impl Sets {
@@ -54,10 +56,16 @@ impl Sets {
         if !n_workers.is_multiple_of(size) {
             return Err(ClusterError::SetSize { n_workers, size });
         }
+        let fullest = plan.bytes().iter().max().copied().unwrap_or(0);
+        let photon_bytes = match set.size {
+            SetSize::Workers(_) => None,
+            SetSize::Memory(bytes) => Some(bytes.saturating_sub(fullest)),
+        };
         Ok(Some(Self {
             plan,
             options: set,
             size,
+            photon_bytes,
         }))
     }
 

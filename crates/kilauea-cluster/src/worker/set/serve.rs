@@ -18,7 +18,7 @@ use crate::protocol::{Frame, FrameError, FrameKind, Hello, Members};
 use crate::ticket::Ticket;
 
 /// Connections at once, more than a set has members.
-const MAX_CONNECTIONS: usize = 128;
+pub(super) const MAX_CONNECTIONS: usize = 128;
 
 /// What it takes to let others in.
 pub(super) struct Door {
@@ -96,7 +96,7 @@ impl Door {
             }
             let batch = Batch {
                 number: frame.batch,
-                rays: frame.body,
+                questions: frame.body,
                 answers: answers.clone(),
             };
             if self.batches.send(batch).await.is_err() {

@@ -2,12 +2,14 @@
 
 use kilauea_bsdf::SeenBsdf;
 use kilauea_math::{Spectrum, Vec3};
-use kilauea_photon::{DensityRule, EyeSubpath, Merging, PhotonClass, PhotonMap, SurfaceQuery};
+use kilauea_photon::{EyeSubpath, SurfaceQuery};
 use kilauea_scene::Visibility;
 
 use super::Merge;
+use super::source::{Gathering, Lookup, PhotonSource};
 use crate::geometry::Geometry;
 use crate::integrator::guide::Knowledge;
+use crate::integrator::question::{Answer, Question};
 use crate::integrator::walk::{Segment, Vertex};
 use crate::light::{ChosenLight, Emitted, Emitter};
 use crate::photon::{MIN_ROUGHNESS, adjoint_pdf, is_specular};
@@ -18,15 +20,13 @@ use crate::photon::{MIN_ROUGHNESS, adjoint_pdf, is_specular};
 /// Each such path is weighed against the other ways to find it by the balance heuristic
 /// (`kilauea_photon::Merging`), all others are left as they are.
 #[derive(Clone, Copy)]
-pub(crate) struct CausticMerge<'a> {
-    /// Caustic photons.
-    pub(crate) map: &'a PhotonMap,
+pub(crate) struct CausticMerge<'a, S> {
+    /// Of caustic photons.
+    pub(crate) source: S,
     /// Of those that the photons were emitted by.
     pub(crate) emitter: &'a Emitter<'a>,
     pub(crate) geometry: &'a Geometry,
-    pub(crate) merging: Merging,
-    /// Engine space.
-    pub(crate) radius: f32,
+    pub(crate) gathering: Gathering,
     /// Specular surfaces that photons have met at most.
     pub(crate) max_specular: u32,
     /// Scattering events after which paths still merge: all that photons bring there, longer paths
@@ -58,7 +58,16 @@ enum Stage {
     Other,
 }
 
-impl CausticMerge<'_> {
+impl MergingEye {
+    /// Keeps light until it is taken; whether there is any.
+    fn keep(&mut self, gathered: [Spectrum; 2]) -> bool {
+        let is_any = gathered.iter().any(|light| !light.is_black());
+        self.gathered = is_any.then_some(gathered);
+        is_any
+    }
+}
+
+impl<S> CausticMerge<'_, S> {
     fn merges_at<M>(&self, vertex: &Vertex<'_, M>, bsdf: &SeenBsdf) -> bool {
         vertex.depth <= self.max_depth
             && bsdf.max_roughness() >= Some(MIN_ROUGHNESS)
@@ -68,44 +77,6 @@ impl CausticMerge<'_> {
     fn is_hidden_from_photons<M>(&self, vertex: &Vertex<'_, M>) -> bool {
         let met_by = self.geometry.met_by(vertex.interaction.at);
         met_by & Visibility::INDIRECT == Visibility::NONE
-    }
-
-    /// Light of the photons around a vertex, scattered by diffuse lobes and by all others.
-    fn merged<M>(
-        &self,
-        vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
-        knowledge: &impl Knowledge,
-    ) -> [Spectrum; 2] {
-        let surface = &vertex.interaction.surface;
-        let query = SurfaceQuery {
-            p: surface.p,
-            n: normal_toward(surface.ng, surface.wo),
-        };
-        let rule = DensityRule::default();
-        let radius_sq = self.radius * self.radius;
-        let [mut diffuse, mut specular] = [Spectrum::BLACK; 2];
-        self.map
-            .for_each_within(query.p, self.radius, |photon, d_sq| {
-                let PhotonClass::Caustic { d_eye } = photon.class() else {
-                    return;
-                };
-                let wi = photon.wi();
-                // Photons arrive by the area of the true surface; the BSDF has the cosine to the
-                // shading normal (Veach 1997, eq. 5.19).
-                let cos_true = wi.dot(query.n);
-                if cos_true <= 0.0 || !rule.accepts(&query, photon, d_sq) {
-                    return;
-                }
-                let eval = bsdf.eval(wi);
-                let pdf = knowledge.pdf(bsdf, wi, eval.pdf);
-                let weight = self.merging.weight_of_photon(d_eye, pdf);
-                let per_area = rule.kernel.weight(d_sq, radius_sq);
-                let light = photon.power() * (weight * per_area / cos_true);
-                diffuse += eval.diffuse * light;
-                specular += eval.specular * light;
-            });
-        [diffuse, specular]
     }
 
     /// The part of a path behind its rough vertex that goes on from a specular one to `wi`, which it
@@ -137,8 +108,9 @@ impl CausticMerge<'_> {
     }
 }
 
-impl Merge for CausticMerge<'_> {
+impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
     type Eye = MergingEye;
+    type Asked<R, K> = S::Asked<R, K>;
 
     fn start(&self) -> MergingEye {
         MergingEye {
@@ -147,22 +119,38 @@ impl Merge for CausticMerge<'_> {
         }
     }
 
-    fn gather<M>(
+    fn gather<M, R, K: Knowledge>(
         &self,
         eye: &mut MergingEye,
         vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
-        knowledge: &impl Knowledge,
+        (bsdf, knowledge): (&SeenBsdf, &K),
+        ask: impl FnOnce(Question) -> R,
+        asked: &mut Self::Asked<R, K>,
     ) -> bool {
         if !matches!(eye.stage, Stage::Specular) || !self.merges_at(vertex, bsdf) {
             return false;
         }
-        let gathered = self
-            .merged(vertex, bsdf, knowledge)
-            .map(|light| light * vertex.passed);
-        let is_any = gathered.iter().any(|light| !light.is_black());
-        eye.gathered = is_any.then_some(gathered);
-        is_any
+        let surface = &vertex.interaction.surface;
+        let lookup = Lookup {
+            query: SurfaceQuery {
+                p: surface.p,
+                n: normal_toward(surface.ng, surface.wo),
+            },
+            bsdf,
+            knowledge,
+            passed: vertex.passed,
+        };
+        let found = self.source.look_up(&self.gathering, &lookup, ask, asked);
+        found.is_none_or(|light| eye.keep(light))
+    }
+
+    async fn receive<R, K: Knowledge>(&self, eye: &mut MergingEye, asked: &mut Self::Asked<R, K>)
+    where
+        R: Future<Output = Answer> + Unpin,
+    {
+        if let Some(light) = self.source.receive(&self.gathering, asked).await {
+            eye.keep(light);
+        }
     }
 
     #[inline]
@@ -217,6 +205,7 @@ impl Merge for CausticMerge<'_> {
         let d_light = self.d_light(subpath, emitted.light?, ray.origin, ray.dir);
         let connect_pdf = if departure.is_delta { 0.0 } else { emitted.pdf };
         let weight = self
+            .gathering
             .merging
             .weight_of_hit(d_light, departure.pdf, connect_pdf);
         Some(weight)
@@ -249,6 +238,7 @@ impl Merge for CausticMerge<'_> {
             sample.wi,
         );
         let weight = self
+            .gathering
             .merging
             .weight_of_connection(d_light, hit_pdf, sample.pdf);
         Some(weight)

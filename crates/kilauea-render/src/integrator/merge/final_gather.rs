@@ -11,6 +11,7 @@ use super::{Merge, Rest};
 use crate::geometry::Geometry;
 use crate::integrator::guide::Knowledge;
 use crate::integrator::media::Media;
+use crate::integrator::question::{Answer, Question};
 use crate::integrator::roulette::survival_of;
 use crate::integrator::walk::{Path, Segment, Vertex};
 use crate::light::{ChosenLight, Emitted};
@@ -99,6 +100,7 @@ impl<X: Merge> FinalGather<'_, X> {
 
 impl<X: Merge> Merge for FinalGather<'_, X> {
     type Eye = GatheringEye<X::Eye>;
+    type Asked<R, K> = X::Asked<R, K>;
 
     fn start(&self) -> Self::Eye {
         GatheringEye {
@@ -136,14 +138,27 @@ impl<X: Merge> Merge for FinalGather<'_, X> {
         }
     }
 
-    fn gather<M>(
+    fn gather<M, R, K: Knowledge>(
         &self,
         eye: &mut Self::Eye,
         vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
-        knowledge: &impl Knowledge,
+        lobes: (&SeenBsdf, &K),
+        ask: impl FnOnce(Question) -> R,
+        asked: &mut Self::Asked<R, K>,
     ) -> bool {
-        eye.found.is_some() || self.merge.gather(&mut eye.eye, vertex, bsdf, knowledge)
+        let merge = &self.merge;
+        eye.found.is_some() || merge.gather(&mut eye.eye, vertex, lobes, ask, asked)
+    }
+
+    fn receive<R, K: Knowledge>(
+        &self,
+        eye: &mut Self::Eye,
+        asked: &mut Self::Asked<R, K>,
+    ) -> impl Future<Output = ()>
+    where
+        R: Future<Output = Answer> + Unpin,
+    {
+        self.merge.receive(&mut eye.eye, asked)
     }
 
     fn take(eye: &mut Self::Eye) -> Option<[Spectrum; 2]> {

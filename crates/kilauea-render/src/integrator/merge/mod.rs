@@ -1,8 +1,10 @@
 //! Vertices of camera paths that take the light of photons around them.
 
+mod arriving;
 mod caustics;
 mod final_gather;
 mod rest;
+mod source;
 mod unmerged;
 
 use kilauea_bsdf::SeenBsdf;
@@ -10,13 +12,16 @@ use kilauea_math::Spectrum;
 
 use super::guide::Knowledge;
 use super::media::Media;
+use super::question::{Answer, Question};
 use super::walk::{Path, Segment, Vertex};
 use crate::light::{ChosenLight, Emitted};
 use crate::sampler::Sampler;
 
+pub(crate) use arriving::{ArrivingPhoton, N_WORDS};
 pub(crate) use caustics::CausticMerge;
 pub(crate) use final_gather::FinalGather;
 pub(crate) use rest::Rest;
+pub(crate) use source::{Gathering, PhotonSource, PhotonsOfSet};
 pub(crate) use unmerged::Unmerged;
 
 /// How paths share what they find with photons (Georgiev et al. 2012, "Light Transport Simulation
@@ -24,6 +29,10 @@ pub(crate) use unmerged::Unmerged;
 pub(crate) trait Merge: Copy + Send + Sync {
     /// What a path keeps of its way, for weights.
     type Eye: Copy + Send;
+
+    /// What a path keeps of a vertex while it waits for photons: for answers `R`, by what it knows of
+    /// light there, `K`.
+    type Asked<R, K>: Default;
 
     /// What a path keeps as it leaves the camera.
     fn start(&self) -> Self::Eye;
@@ -46,15 +55,25 @@ pub(crate) trait Merge: Copy + Send + Sync {
         Rest::All
     }
 
-    /// Takes the light of photons at a vertex, where the path chooses its direction by `knowledge`;
-    /// whether there is any.
-    fn gather<M>(
+    /// Takes the light of photons at a vertex of these lobes, where the path chooses its direction by
+    /// what it knows, or asks for it; whether there may be any.
+    fn gather<M, R, K: Knowledge>(
         &self,
         eye: &mut Self::Eye,
         vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
-        knowledge: &impl Knowledge,
+        lobes: (&SeenBsdf, &K),
+        ask: impl FnOnce(Question) -> R,
+        asked: &mut Self::Asked<R, K>,
     ) -> bool;
+
+    /// Waits for the light that was asked for, if any was.
+    fn receive<R, K: Knowledge>(
+        &self,
+        eye: &mut Self::Eye,
+        asked: &mut Self::Asked<R, K>,
+    ) -> impl Future<Output = ()>
+    where
+        R: Future<Output = Answer> + Unpin;
 
     /// Hands over what was gathered: light scattered by diffuse lobes, and by all others.
     fn take(eye: &mut Self::Eye) -> Option<[Spectrum; 2]>;

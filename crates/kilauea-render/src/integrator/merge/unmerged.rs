@@ -1,8 +1,11 @@
+use std::future::ready;
+
 use kilauea_bsdf::SeenBsdf;
 use kilauea_math::Spectrum;
 
 use super::Merge;
 use crate::integrator::guide::Knowledge;
+use crate::integrator::question::{Answer, Question};
 use crate::integrator::walk::{Segment, Vertex};
 use crate::light::{ChosenLight, Emitted};
 
@@ -12,13 +15,29 @@ pub(crate) struct Unmerged;
 
 impl Merge for Unmerged {
     type Eye = ();
+    type Asked<R, K> = ();
 
     #[inline(always)]
     fn start(&self) {}
 
     #[inline(always)]
-    fn gather<M>(&self, (): &mut (), _: &Vertex<'_, M>, _: &SeenBsdf, _: &impl Knowledge) -> bool {
+    fn gather<M, R, K: Knowledge>(
+        &self,
+        (): &mut (),
+        _: &Vertex<'_, M>,
+        _: (&SeenBsdf, &K),
+        _: impl FnOnce(Question) -> R,
+        (): &mut (),
+    ) -> bool {
         false
+    }
+
+    #[inline(always)]
+    fn receive<R, K: Knowledge>(&self, (): &mut (), (): &mut ()) -> impl Future<Output = ()>
+    where
+        R: Future<Output = Answer> + Unpin,
+    {
+        ready(())
     }
 
     #[inline(always)]

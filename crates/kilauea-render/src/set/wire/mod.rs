@@ -2,6 +2,7 @@
 
 mod columns;
 mod frame;
+mod photons;
 mod rays;
 mod replies;
 #[cfg(test)]

@@ -9,11 +9,14 @@ use kilauea_math::Vec3;
 use kilauea_spot::{Wire, WireError};
 
 use super::columns::Columns;
+use super::photons::{put_questions, take_questions};
 use super::{MAX_BATCH, Packing};
-use crate::integrator::Question;
+use crate::integrator::{PhotonQuestion, Question};
 
 const CLOSEST: u8 = 0;
 const OCCLUDED: u8 = 1;
+/// Look-ups of photons, which travel apart.
+const PHOTONS: u8 = 2;
 
 /// Writes a batch, of at most [`MAX_BATCH`] questions, to be packed.
 pub(crate) fn encode_questions(questions: &[Question], packing: Packing) -> Vec<u8> {
@@ -21,9 +24,19 @@ pub(crate) fn encode_questions(questions: &[Question], packing: Packing) -> Vec<
     let mut bytes = Vec::with_capacity(32 * questions.len() + 64);
     (questions.len() as u16).encode(&mut bytes);
     let columns = Columns::of(questions.len()).packed_by(packing);
-    let is_occluded = |q: &Question| matches!(q, Question::Occluded { .. });
-    let kinds: Vec<u8> = questions.iter().map(|q| u8::from(is_occluded(q))).collect();
+    let kind = |q: &Question| match q {
+        Question::Closest { .. } | Question::Tile(_) => CLOSEST,
+        Question::Occluded { .. } => OCCLUDED,
+        Question::Photons(_) => PHOTONS,
+    };
+    let kinds: Vec<u8> = questions.iter().map(kind).collect();
     columns.put_bytes(&kinds, &mut bytes);
+    if kinds.first() == Some(&PHOTONS) {
+        let lookups: Vec<PhotonQuestion> = questions.iter().filter_map(Question::lookup).collect();
+        debug_assert!(lookups.len() == questions.len(), "look-ups travel apart");
+        put_questions(&lookups, &columns, &mut bytes);
+        return bytes;
+    }
     let rays: Vec<&Ray> = questions.iter().filter_map(Question::ray).collect();
     debug_assert!(rays.len() == questions.len(), "none is asked for tiles");
     let visibility: Vec<u8> = rays.iter().map(|ray| ray.visibility.0).collect();
@@ -44,7 +57,7 @@ pub(crate) fn encode_questions(questions: &[Question], packing: Packing) -> Vec<
     }
     columns.put_words(questions.iter().map(Question::key), &mut bytes);
     let priorities = questions.iter().filter_map(|q| match q {
-        Question::Closest { .. } | Question::Tile(_) => None,
+        Question::Closest { .. } | Question::Tile(_) | Question::Photons(_) => None,
         Question::Occluded { least_priority, .. } => Some(least_priority.cast_unsigned()),
     });
     let priorities: Vec<u8> = priorities.collect();
@@ -62,6 +75,12 @@ pub(crate) fn decode_questions(mut bytes: &[u8]) -> Result<Vec<Question>, WireEr
     }
     let columns = Columns::of(n);
     let kinds = columns.take_bytes(bytes)?;
+    if kinds.first() == Some(&PHOTONS) {
+        return match kinds.iter().find(|&&kind| kind != PHOTONS) {
+            Some(&other) => Err(WireError::Variant(other)),
+            None => take_questions(&columns, bytes),
+        };
+    }
     if let Some(&unknown) = kinds.iter().find(|&&kind| kind > OCCLUDED) {
         return Err(WireError::Variant(unknown));
     }

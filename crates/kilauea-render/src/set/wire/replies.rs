@@ -11,6 +11,7 @@ use kilauea_spot::WireError;
 
 use super::Packing;
 use super::columns::Columns;
+use super::photons::{PhotonReplies, decode_photons};
 use crate::integrator::{Answer, Met, Question};
 use crate::set::parcel::{Parcel, Sealed};
 
@@ -21,19 +22,32 @@ pub(crate) struct Replies {
     hits: Vec<Hit>,
     /// The primitives that were hit, one after the other.
     carried: Vec<u8>,
+    /// The answers to look-ups of photons, which travel apart.
+    photons: PhotonReplies,
 }
 
 impl Replies {
-    pub(crate) fn add(&mut self, answer: &Answer) {
+    /// Adds an answer; false where there is no room for it and for those that follow.
+    pub(crate) fn add(&mut self, answer: &Answer) -> bool {
+        if let Answer::Photons(found) = answer {
+            return self.photons.add(found.as_deref());
+        }
         self.is_met.push(answer.is_met());
         if let Answer::Met(met) = answer {
             self.hits.push(met.hit);
             met.parcel.encode(&mut self.carried);
         }
+        true
     }
 
     /// The bytes, which are to be packed.
-    pub(crate) fn encode(self, packing: Packing) -> Vec<u8> {
+    ///
+    /// # Errors
+    /// If one look-up has found more photons than fit.
+    pub(crate) fn encode(self, packing: Packing) -> Result<Vec<u8>, WireError> {
+        if !self.photons.is_empty() {
+            return self.photons.encode(packing);
+        }
         let n_bytes = 64 + self.is_met.len() / 8 + 20 * self.hits.len() + self.carried.len();
         let mut bytes = Vec::with_capacity(n_bytes);
         Columns::of(self.is_met.len()).put_bits(self.is_met.into_iter(), &mut bytes);
@@ -49,16 +63,20 @@ impl Replies {
             columns.put_words(self.hits.iter().map(word), &mut bytes);
         }
         bytes.extend(self.carried);
-        bytes
+        Ok(bytes)
     }
 }
 
 /// Reads the answers to `questions`, but for the primitives, which are checked and stay where they are.
-/// Never panics, and takes no more memory than there are questions and bytes for.
+/// Never panics, and takes no more memory than there are questions and bytes for. Of look-ups of photons
+/// only the first may be answered, as far as there was room.
 pub(crate) fn decode_answers(
     questions: &[Question],
     answers: Vec<u8>,
 ) -> Result<Vec<Answer>, WireError> {
+    if let Some(Question::Photons(_)) = questions.first() {
+        return decode_photons(questions.len(), &answers);
+    }
     let all = Arc::new(answers);
     let bytes = &mut all.as_slice();
     let is_met = Columns::of(questions.len()).take_bits(bytes)?;

@@ -1,12 +1,13 @@
 use kilauea_accel::{Hit, Ray, Visibility};
 use kilauea_math::Vec3;
 use kilauea_math::hash::combine;
+use kilauea_photon::SurfaceQuery;
 use kilauea_scene::{Attribute, Interpolation};
 use kilauea_spot::WireError;
 
 use super::*;
 use crate::geometry::{Ball, Carried, Shape, Triangle};
-use crate::integrator::{Answer, Met, Question};
+use crate::integrator::{Answer, ArrivingPhoton, Met, PhotonQuestion, Question};
 use crate::set::Parcel;
 
 /// Number `i` of a batch of shadow rays from one point, or of closest hits from different ones.
@@ -74,6 +75,21 @@ fn met(i: u32) -> Answer {
     })
 }
 
+/// Number `i` of a batch of look-ups.
+fn lookup(i: u32) -> Question {
+    Question::Photons(PhotonQuestion {
+        pass: 3,
+        at: SurfaceQuery {
+            p: Vec3::new(i as f32, 0.5, -1.0),
+            n: Vec3::Y,
+        },
+    })
+}
+
+fn photon(i: u32) -> ArrivingPhoton {
+    ArrivingPhoton::of_words(std::array::from_fn(|word| (i * 8) as f32 + word as f32))
+}
+
 /// Answers of all kinds to a batch.
 fn answers(questions: &[Question]) -> Vec<Answer> {
     let numbered = (0..).zip(questions);
@@ -81,6 +97,8 @@ fn answers(questions: &[Question]) -> Vec<Answer> {
         .map(|(i, question): (u32, _)| match question {
             Question::Occluded { .. } => Answer::Occluded(i.is_multiple_of(3)),
             Question::Tile(_) => panic!("none is asked for tiles"),
+            Question::Photons(_) if i.is_multiple_of(5) => Answer::Photons(None),
+            Question::Photons(_) => Answer::Photons(Some((0..i % 4).map(photon).collect())),
             Question::Closest { .. } if i.is_multiple_of(4) => Answer::Closest(None),
             Question::Closest { .. } => met(i),
         })
@@ -93,7 +111,7 @@ fn encode_answers(answers: &[Answer], packing: Packing) -> Vec<u8> {
     for answer in answers {
         replies.add(answer);
     }
-    replies.encode(packing)
+    replies.encode(packing).expect("there is room")
 }
 
 #[test]
@@ -118,6 +136,52 @@ fn batches_survive() {
             }
         }
     }
+}
+
+#[test]
+fn lookups_of_photons_survive() {
+    for n in [1, 9, 1024] {
+        let questions: Vec<Question> = (0..n).map(lookup).collect();
+        let answers = answers(&questions);
+        for packing in [Packing::Plain, Packing::Lz4] {
+            let bytes = encode_questions(&questions, packing);
+            assert_eq!(decode_questions(&bytes).as_ref(), Ok(&questions));
+            let reply = encode_answers(&answers, packing);
+            assert_eq!(decode_answers(&questions, reply).as_ref(), Ok(&answers));
+        }
+    }
+    let mixed = [lookup(0), question(1, true)];
+    assert_eq!(
+        decode_questions(&kinds_of(&mixed)),
+        Err(WireError::Variant(1))
+    );
+}
+
+/// The beginning of a batch of questions.
+fn kinds_of(questions: &[Question]) -> Vec<u8> {
+    let kind = |q: &Question| match q {
+        Question::Photons(_) => 2,
+        _ => 1,
+    };
+    let n = (questions.len() as u16).to_le_bytes();
+    let kinds: Vec<u8> = questions.iter().map(kind).collect();
+    [&n[..], &[1], &kinds].concat()
+}
+
+#[test]
+fn a_reply_has_the_photons_that_there_is_room_for() {
+    let questions: Vec<Question> = (0..3).map(lookup).collect();
+    let many = Answer::Photons(Some((0..60_000).map(photon).collect()));
+    let mut replies = Replies::default();
+    assert!(replies.add(&many));
+    assert!(!replies.add(&many), "there is no room");
+    let reply = replies.encode(Packing::Plain).expect("one has room");
+    assert!(pack(reply.clone(), Packing::Plain).len() < 4 << 20);
+    assert_eq!(decode_answers(&questions, reply), Ok(vec![many]));
+    let too_many = Answer::Photons(Some((0..100_000).map(photon).collect()));
+    let mut replies = Replies::default();
+    replies.add(&too_many);
+    assert!(replies.encode(Packing::Plain).is_err());
 }
 
 #[test]
@@ -212,16 +276,20 @@ fn packed_bytes_promise_no_more_than_they_hold() {
 /// Bytes that are cut, flipped or made up are refused or read as something; nothing panics.
 #[test]
 fn bad_bytes_do_no_harm() {
-    let questions = batch(40, |i| i.is_multiple_of(3));
-    let request = encode_questions(&questions, Packing::Plain);
-    let reply = encode_answers(&answers(&questions), Packing::Lz4);
+    damage_all(&batch(40, |i| i.is_multiple_of(3)));
+    damage_all(&(0..40).map(lookup).collect::<Vec<_>>());
+}
+
+fn damage_all(questions: &[Question]) {
+    let request = encode_questions(questions, Packing::Plain);
+    let reply = encode_answers(&answers(questions), Packing::Lz4);
     let packed = pack(reply.clone(), Packing::Lz4);
     for end in 0..request.len() {
         assert!(decode_questions(&request[..end]).is_err(), "{end}");
     }
     for end in 0..reply.len() {
         assert!(
-            decode_answers(&questions, reply[..end].to_vec()).is_err(),
+            decode_answers(questions, reply[..end].to_vec()).is_err(),
             "{end}"
         );
     }
@@ -237,9 +305,9 @@ fn bad_bytes_do_no_harm() {
             bytes
         };
         n_refused += usize::from(decode_questions(&damage(&request)).is_err());
-        n_refused += usize::from(decode_answers(&questions, damage(&reply)).is_err());
+        n_refused += usize::from(decode_answers(questions, damage(&reply)).is_err());
         if let Ok(body) = unpack(&damage(&packed)) {
-            n_refused += usize::from(decode_answers(&questions, body.into_owned()).is_err());
+            n_refused += usize::from(decode_answers(questions, body.into_owned()).is_err());
         }
     }
     assert!(n_refused > 1000, "{n_refused}");
