@@ -234,8 +234,13 @@ def test_the_token_can_be_read_nowhere(tmp_path):
     process = start(tmp_path / "out.exr", "-p", 64, "--workers", 1)
     wait_for(lambda: children(process.pid))
     (worker,) = children(process.pid)
-    wait_for(lambda: b"kilauea" in Path(f"/proc/{worker}/cmdline").read_bytes())
-    command = Path(f"/proc/{worker}/cmdline").read_bytes().split(b"\0")
+
+    def words(pid):
+        return Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+
+    # Until it runs a program of its own, a new process has the words of the one that started it.
+    wait_for(lambda: words(worker) != words(process.pid))
+    command = words(worker)
     environment = Path(f"/proc/{worker}/environ").read_bytes().split(b"\0")
     console = Path(f"/proc/{process.pid}/environ").read_bytes().split(b"\0")
     finish(process)
