@@ -13,6 +13,8 @@ from kilauea.render import RenderOptions
 
 _HOW_NOT_WHAT = ("samples_per_pixel", "seed", "threads", "time_limit_secs")
 """Settings that do not change the converged image."""
+_HOW_NOT_WHAT_OF_PHOTONS = ("aim", "split")
+"""The same of those about photons."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +76,8 @@ class Job:
         record = json.loads((self.folder / "scene.json").read_text(encoding="utf-8"))
         for name in _HOW_NOT_WHAT:
             record["settings"].pop(name, None)
-        record["settings"]["photons"].pop("aim", None)
+        for name in _HOW_NOT_WHAT_OF_PHOTONS:
+            record["settings"]["photons"].pop(name, None)
         digest = hashlib.sha256(json.dumps(record, sort_keys=True).encode())
         for file in sorted(self.folder.glob("*")):
             if file.suffix not in (".json", ".exr"):
