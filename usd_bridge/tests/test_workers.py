@@ -95,11 +95,12 @@ def test_sets_render_the_same_pixels(tmp_path, flags):
 
 
 def test_a_worker_that_is_killed_is_replaced(tmp_path):
-    flags = ("-p", 64)
+    flags = ("-p", 256)
     alone, _ = render(tmp_path / "alone.exr", *flags)
+    journal = tmp_path / "shared.exr.journal"
     process = start(tmp_path / "shared.exr", *flags, "--workers", 2)
-    wait_for(lambda: len(children(process.pid)) == 2)
-    time.sleep(0.7)
+    # Two tiles and the manifest.
+    wait_for(lambda: journal.exists() and journal.stat().st_size > 300_000)
     os.kill(children(process.pid)[0], signal.SIGKILL)
     finish(process)
     np.testing.assert_array_equal(alone, pixels(tmp_path / "shared.exr"))
