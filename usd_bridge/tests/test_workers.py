@@ -195,6 +195,9 @@ def test_workers_stay_from_frame_to_frame(tmp_path):
     assert {w["pid"] for w in first["workers"]} == {w["pid"] for w in second["workers"]}
     kept = [[worker["kept_scene"] for worker in stats["workers"]] for stats in (first, second)]
     assert kept == [[False, False], [True, True]]
+    # Workers that have to be told the scene are sent more.
+    _, told = render(tmp_path / "told.exr", "-p", 1, "--workers", 2)
+    assert second["network"]["bytes_sent"] < told["network"]["bytes_sent"] / 2
 
 
 def test_figures_are_served_while_workers_render(tmp_path):
