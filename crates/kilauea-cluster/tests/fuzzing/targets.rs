@@ -211,50 +211,53 @@ fn tickets() -> Target {
 
 /// Rays that a member of a set is asked about: three rays, of which two are shadow rays.
 fn questions() -> Target {
-    Target {
-        name: "questions",
-        read: Box::new(kilauea_render::fuzzing::read_questions),
-        repair: |bytes| bytes,
-        seeds: vec![packed(&question_bytes()), question_bytes()],
-        // The largest batch, and what LZ4 may make of few bytes.
-        fixed_bytes: 8 * MIB,
-        bytes_per_byte: 64,
-    }
+    between_members(
+        "questions",
+        question_bytes(),
+        kilauea_render::fuzzing::read_questions,
+    )
 }
 
 /// What a member answers to them.
 fn answers() -> Target {
-    Target {
-        name: "answers",
-        read: Box::new(|bytes| kilauea_render::fuzzing::read_answers(&question_bytes(), bytes)),
-        repair: |bytes| bytes,
-        seeds: vec![packed(&answer_bytes()), answer_bytes()],
-        fixed_bytes: 8 * MIB,
-        bytes_per_byte: 64,
-    }
+    between_members("answers", answer_bytes(), |bytes| {
+        kilauea_render::fuzzing::read_answers(&question_bytes(), bytes)
+    })
 }
 
 /// Look-ups of photons that members of a set ask of each other.
 fn lookups() -> Target {
-    Target {
-        name: "lookups",
-        read: Box::new(kilauea_render::fuzzing::read_questions),
-        repair: |bytes| bytes,
-        seeds: vec![packed(&lookup_bytes()), lookup_bytes()],
-        fixed_bytes: 8 * MIB,
-        bytes_per_byte: 64,
-    }
+    between_members(
+        "lookups",
+        lookup_bytes(),
+        kilauea_render::fuzzing::read_questions,
+    )
 }
 
 /// The photons that a member finds for them.
 fn found_photons() -> Target {
     Target {
-        name: "found photons",
-        read: Box::new(|bytes| kilauea_render::fuzzing::read_answers(&lookup_bytes(), bytes)),
-        repair: |bytes| bytes,
-        seeds: vec![packed(&found_bytes()), found_bytes()],
         // As many as a reply may have, in columns and as they are, and what LZ4 may make of few bytes.
         fixed_bytes: 16 * MIB,
+        ..between_members("found photons", found_bytes(), |bytes| {
+            kilauea_render::fuzzing::read_answers(&lookup_bytes(), bytes)
+        })
+    }
+}
+
+/// A batch or its answers, which come packed or as they are.
+fn between_members(
+    name: &'static str,
+    bytes: Vec<u8>,
+    read: impl Fn(&[u8]) -> Result<(), String> + 'static,
+) -> Target {
+    Target {
+        name,
+        read: Box::new(read),
+        repair: |bytes| bytes,
+        seeds: vec![packed(&bytes), bytes],
+        // The largest batch, and what LZ4 may make of few bytes.
+        fixed_bytes: 8 * MIB,
         bytes_per_byte: 64,
     }
 }
