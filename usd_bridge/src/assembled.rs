@@ -26,6 +26,8 @@ struct Sharing {
     kind: Kind,
     journal: Option<PathBuf>,
     set: Option<SetOptions>,
+    #[serde(default)]
+    tls: bool,
 }
 
 /// Who starts workers.
@@ -34,6 +36,8 @@ struct Sharing {
 enum Kind {
     /// We do, by this command, which then calls `run_worker`.
     Command(Vec<String>),
+    /// They are threads of this process.
+    Threads,
     /// The caller, who takes tickets from the job, on machines that reach this one at that address.
     Host(IpAddr),
 }
@@ -42,6 +46,7 @@ impl Kind {
     fn into_workers(self) -> PyResult<WorkerKind> {
         let mut command = match self {
             Self::Host(host) => return Ok(WorkerKind::Elsewhere { host }),
+            Self::Threads => return Ok(WorkerKind::Threads),
             Self::Command(command) => command.into_iter(),
         };
         let program = command
@@ -62,9 +67,10 @@ impl AssembledScene {
     }
 
     /// Have workers render; `sharing_json` is an object with `n_workers`, `journal`, which is a file or
-    /// null, `set`, which is a `kilauea_cluster::SetOptions` or null, and either `command`, a list that
-    /// starts a worker, or `host`, this machine's address for workers whose tickets the caller takes.
-    /// Those of a `crew` stay for its next frame.
+    /// null, `set`, which is a `kilauea_cluster::SetOptions` or null, and one of `command`, a list that
+    /// starts a worker, `threads`, which is null, or `host`, this machine's address for workers whose
+    /// tickets the caller takes. Links use TLS with a `host`, and where `tls` is true. Workers of a
+    /// `crew` stay for its next frame.
     #[pyo3(signature = (settings_json, metadata_json, sharing_json, crew = None))]
     fn render(
         &self,
@@ -77,12 +83,14 @@ impl AssembledScene {
         let settings: RenderSettings = serde_json::from_str(settings_json).map_err(render_error)?;
         let sharing: Sharing = serde_json::from_str(sharing_json).map_err(render_error)?;
         let kind = sharing.kind.into_workers()?;
+        let usual = ClusterOptions::new(sharing.n_workers, kind);
         let options = ClusterOptions {
             journal: sharing.journal,
             crew: crew.map(|crew| crew.0.clone()),
             set: sharing.set,
             specialize_rays: self.specialize_rays,
-            ..ClusterOptions::new(sharing.n_workers, kind)
+            tls: usual.tls || sharing.tls,
+            ..usual
         };
         let job = py
             .detach(|| ClusterJob::start(&self.scene, &settings, options))

@@ -52,6 +52,23 @@ def test_pixels_are_those_of_one_process(tmp_path) -> None:
     assert all(row["bytes_a_ray"] > 0.0 for row in rows[3:])
 
 
+def test_links_of_all_kinds_give_the_same_pixels(tmp_path) -> None:
+    pytest.importorskip("kilauea._native")
+    table = tmp_path / "rows.json"
+    words = [str(BOX), "-r", "16", "16", "-p", "2", "--rounds", "1", "--json", str(table)]
+    words += ["--workers", "2", "--set-size", "1", "2", "--links", "channels", "tls"]
+    assert cli.main(["bench", "workers", *words]) == 0
+    rows = json.loads(table.read_text())["rows"]
+    ways = [(row["set"], row["links"]) for row in rows]
+    assert ways == [(1, None), (1, "channels"), (1, "tls"), (2, "channels"), (2, "tls")]
+    assert len({row["pixels"] for row in rows}) == 1
+
+
+def test_links_of_a_cluster_need_its_address(capsys) -> None:
+    assert cli.main(["bench", "workers", str(BOX), "--links", "ray"]) == 2
+    assert "those of a --cluster" in capsys.readouterr().err
+
+
 def test_workers_that_make_no_set(capsys) -> None:
     assert cli.main(["bench", "workers", str(BOX), "--workers", "3", "--set-size", "2"]) == 2
     assert "can be divided into sets of 2" in capsys.readouterr().err

@@ -123,6 +123,11 @@ def add_render_options(parser: ArgumentParser) -> None:
     add("--max-depth", type=_not_negative, metavar="BOUNCES", help="16 by default")
     add("-j", "--threads", type=int, default=0, help="0 all cores, -1 all but one; of each worker")
     add("--workers", type=positive, metavar="N", help="processes that render, on this machine")
+    add(
+        "--links",
+        choices=("tcp", "tls", "channels"),
+        help="between --workers; tcp by default; over channels they are threads of this process",
+    )
     add("--metrics", metavar="ADDRESS", help="serve figures for Prometheus, as 127.0.0.1:9100")
     add("--set-size", type=positive, metavar="M", help="workers that share a scene between them")
     add("--worker-memory", type=_bytes, metavar="BYTES", help="of a scene, such as 4G: sets by it")

@@ -72,6 +72,8 @@ class RenderOptions:
     """Print `ALF_PROGRESS` lines."""
     workers: int | None = None
     """Render in so many processes, of which each has `settings.threads`."""
+    links: str | None = None
+    """`tls` between them, or `channels` of bytes where they are threads; TCP by default."""
     cluster: RayWorkers | None = None
     """Render on these machines instead."""
     crew: Any = None
@@ -226,7 +228,8 @@ def _sharing(options: RenderOptions) -> list[Any]:
         return []
     sharing: dict[str, Any] = {"journal": _journal(options), "set": options.set}
     if options.cluster is None:
-        sharing |= {"n_workers": options.workers, "command": worker.COMMAND}
+        sharing |= {"n_workers": options.workers, "tls": options.links == "tls"}
+        sharing |= {"threads": None} if options.links == "channels" else {"command": worker.COMMAND}
     else:
         sharing |= {"n_workers": options.cluster.n_workers, "host": options.cluster.console_host}
     return [json.dumps(sharing), options.crew]

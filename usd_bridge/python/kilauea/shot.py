@@ -139,6 +139,8 @@ def _check_workers(args: argparse.Namespace) -> None:
         raise UsageError("--resume goes on from what workers left: it needs --workers or --cluster")
     if args.workers is not None and args.cluster is not None:
         raise UsageError("--workers are of this machine, and --cluster has one on each: not both")
+    if args.links is not None and args.workers is None:
+        raise UsageError("--links are between workers of this machine: it needs --workers")
     has_workers = args.workers is not None or args.cluster is not None
     if args.metrics is not None and not has_workers:
         raise UsageError("--metrics shows what workers do: it needs --workers or --cluster")
@@ -209,6 +211,7 @@ def _render(
             verbosity=verbosity,
             alfred="a" in letters,
             workers=args.workers,
+            links=args.links,
             cluster=cluster,
             crew=crew,
             metrics=metrics,

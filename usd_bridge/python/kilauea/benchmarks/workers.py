@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
 import sys
 import tempfile
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +17,12 @@ import numpy as np
 from kilauea.benchmarks.layers import read_layers
 from kilauea.benchmarks.report import print_table, write_json
 from kilauea.child import Finished, run_apart
-from kilauea.errors import UsageError
+from kilauea.errors import KilaueaError, UsageError
 
 _TIMES = ("photon", "gather", "render")
+_LINKS = ("tcp", "tls", "channels", "ray")
+_DIGITS = 12
+"""Of a digest of pixels."""
 
 
 @dataclass(slots=True)
@@ -28,16 +33,21 @@ class Variant:
     """0 is this process alone."""
     set_size: int = 1
     broadcast: str = "culled"
+    links: str = "tcp"
     commands: list[Finished] = field(default_factory=list)
     stats: list[dict[str, Any]] = field(default_factory=list)
     is_same: bool = True
     """Whether all pixels of all layers are those of one process."""
+    pixels: str = ""
+    """A digest of them."""
 
-    def flags(self) -> list[str]:
-        """Return what `kilauea render` is told."""
+    def flags(self, cluster: str | None) -> list[str]:
+        """Return what `kilauea render` is told; `cluster` is the address of a Ray cluster."""
         if not self.workers:
             return []
-        flags = ["--workers", str(self.workers)]
+        flags = ["--workers", str(self.workers), "--links", self.links]
+        if self.links == "ray":
+            flags = ["--cluster", str(cluster)]
         if self.set_size > 1:
             flags += ["--set-size", str(self.set_size), "--broadcast", self.broadcast]
         return flags
@@ -52,6 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--broadcast", nargs="+", choices=("culled", "full"), default=["culled"], help="of sets"
+    )
+    parser.add_argument("--links", nargs="+", choices=_LINKS, default=["tcp"], help="between them")
+    parser.add_argument(
+        "--cluster", metavar="ADDRESS", help="for the links ray: N machines of a Ray cluster"
     )
     parser.add_argument("--integrator", nargs="+", default=["path"], metavar="NAME")
     parser.add_argument("-r", "--res", nargs=2, type=int, default=[256, 144], metavar=("W", "H"))
@@ -79,15 +93,17 @@ def variants(args: argparse.Namespace) -> list[Variant]:
     Raises
     ------
     UsageError
-        No number of workers can be divided into sets of a size.
+        No number of workers can be divided into sets of a size, or there is no cluster for links.
     """
+    if ("ray" in args.links) != (args.cluster is not None):
+        raise UsageError("the links ray are those of a --cluster")
     found = [Variant(0)]
     for size in args.set_size:
         numbers = [n for n in args.workers if n % size == 0]
         if not numbers:
             raise UsageError(f"no number of --workers can be divided into sets of {size}")
         rules = args.broadcast if size > 1 else ["culled"]
-        found += [Variant(n, size, rule) for rule in rules for n in numbers]
+        found += [Variant(*way) for way in product(numbers, [size], rules, args.links)]
     return found
 
 
@@ -98,6 +114,7 @@ def measure(stage: str, integrator: str, args: argparse.Namespace) -> list[dict[
         expected: Any = None
         for variant in found:
             pixels = render(stage, integrator, variant, args)
+            variant.pixels = digest(pixels)
             expected = pixels if expected is None else expected
             variant.is_same &= np.array_equal(pixels, expected, equal_nan=True)
         print(f"kilauea: {stage}: {integrator}: a round of {len(found)}", file=sys.stderr)
@@ -108,14 +125,23 @@ def measure(stage: str, integrator: str, args: argparse.Namespace) -> list[dict[
 def render(stage: str, integrator: str, variant: Variant, args: argparse.Namespace) -> Any:
     """Render a frame by a command of its own, keep what it cost, and return all its layers."""
     with tempfile.TemporaryDirectory(prefix="kilauea-") as folder:
+        flags = variant.flags(args.cluster)
         image, stats = Path(folder) / "image.exr", Path(folder) / "stats.json"
         words = [sys.executable, "-m", "kilauea.cli", "render", stage, "-o", image, "-V", "0"]
         words += ["-r", *args.res, "-p", args.pixel_samples, "-j", args.threads]
-        words += ["--integrator", integrator, "--stats", stats, *variant.flags()]
-        what = " ".join(["render", *variant.flags()])
+        words += ["--integrator", integrator, "--stats", stats, *flags]
+        what = " ".join(["render", *flags])
         variant.commands.append(run_apart([str(word) for word in words], what))
-        variant.stats.append(json.loads(stats.read_text()))
+        told = json.loads(stats.read_text())
+        variant.stats.append(told)
+        if len(told["workers"]) != variant.workers:
+            raise KilaueaError(f"{what}: {len(told['workers'])} workers, not {variant.workers}")
         return read_layers(image)
+
+
+def digest(pixels: np.ndarray) -> str:
+    """Return a digest of all layers, every bit of them."""
+    return hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest()[:_DIGITS]
 
 
 def row(stage: str, integrator: str, variant: Variant, alone: Variant) -> dict[str, Any]:
@@ -133,7 +159,9 @@ def row(stage: str, integrator: str, variant: Variant, alone: Variant) -> dict[s
         "workers": variant.workers,
         "set": variant.set_size,
         "broadcast": variant.broadcast if variant.set_size > 1 else None,
+        "links": variant.links if variant.workers else None,
         "same_pixels": variant.is_same,
+        "pixels": variant.pixels,
         "seconds": variant.commands[fastest].wall_s,
         **{f"{name}_s": stats["times"].get(name, 0.0) for name in _TIMES},
         "speedup": rendering_s(alone) / render_s,
