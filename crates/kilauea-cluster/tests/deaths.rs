@@ -5,14 +5,9 @@ mod frame;
 use std::thread::sleep;
 use std::time::Duration;
 
+use frame::kills::{kill_one, n_kills};
 use frame::{Shot, integrators, processes, signal, wait_for_progress};
 use kilauea_cluster::{ClusterError, ClusterOptions};
-use kilauea_math::hash::{mix32, unit_f32};
-
-/// Random numbers of a test.
-fn random(seed: u32, i: u32) -> f64 {
-    f64::from(unit_f32(mix32(mix32(seed) ^ i)))
-}
 
 #[test]
 fn a_worker_killed_at_any_moment_changes_no_bit() {
@@ -22,19 +17,25 @@ fn a_worker_killed_at_any_moment_changes_no_bit() {
             s.integrator = integrator;
             s.gi = gi;
         });
-        let alone = shot.alone();
-        for seed in 0..2 {
-            let what = format!("{name}, seed {seed}");
-            let job = shot.start(frame::options(2, processes()));
-            wait_for_progress(&job, 0.8 * random(seed, 1));
-            sleep(Duration::from_secs_f64(0.05 * random(seed, 2)));
-            let pids = job.worker_pids();
-            if let Some(&pid) = pids.get((random(seed, 3) * pids.len() as f64) as usize) {
-                signal("KILL", pid);
-            }
-            let result = job.finish().expect(&what);
-            shot.check(&alone, &result, &what);
-        }
+        kill_and_check(&shot, name);
+    }
+}
+
+#[test]
+fn a_worker_killed_while_irradiance_is_found_changes_no_bit() {
+    let shot = Shot::gathering().with(|s| s.samples_per_pixel = 16);
+    kill_and_check(&shot, "final gathering");
+}
+
+/// Renders a frame again and again, with one of two workers killed each time.
+fn kill_and_check(shot: &Shot, name: &str) {
+    let alone = shot.alone();
+    for seed in 0..n_kills() {
+        let what = format!("{name}, seed {seed}");
+        let job = shot.start(frame::options(2, processes()));
+        kill_one(&job, seed);
+        let result = job.finish().expect(&what);
+        shot.check(&alone, &result, &what);
     }
 }
 

@@ -2,14 +2,11 @@
 
 mod frame;
 
-use std::thread::sleep;
-use std::time::Duration;
-
+use frame::kills::{kill_one, n_kills};
 use frame::{Shot, integrators, processes, signal, wait_for_progress};
 use kilauea_cluster::{
     ClusterError, ClusterJob, ClusterOptions, ClusterResult, SetOptions, SetSize, WorkerKind,
 };
-use kilauea_math::hash::{mix32, unit_f32};
 use kilauea_render::{Broadcast, Packing};
 use kilauea_scene::{GlobalIllumination, Integrator, PhotonSplit, Shading};
 
@@ -138,27 +135,6 @@ fn several_sets_with_several_threads() {
     let result = result.expect("two sets");
     shot.check(&alone, &result, "two sets of two");
     check_set(&result, 2, "two sets of two");
-}
-
-/// Random numbers of a test.
-fn random(seed: u32, i: u32) -> f64 {
-    f64::from(unit_f32(mix32(mix32(seed) ^ i)))
-}
-
-/// How often a worker is killed for each integrator: `KILAUEA_KILLS`, or twice.
-fn n_kills() -> u32 {
-    let asked = std::env::var("KILAUEA_KILLS");
-    asked.ok().and_then(|n| n.parse().ok()).unwrap_or(2)
-}
-
-/// Kills a worker at a random moment.
-fn kill_one(job: &ClusterJob, seed: u32) {
-    wait_for_progress(job, 0.8 * random(seed, 1));
-    sleep(Duration::from_secs_f64(0.05 * random(seed, 2)));
-    let pids = job.worker_pids();
-    if let Some(&pid) = pids.get((random(seed, 3) * pids.len() as f64) as usize) {
-        signal("KILL", pid);
-    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test uses a part")]
 
 pub(crate) mod elsewhere;
+pub(crate) mod kills;
 
 use std::path::PathBuf;
 use std::time::Duration;
