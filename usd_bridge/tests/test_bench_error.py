@@ -121,6 +121,28 @@ def test_converged_images_are_made_once(bench, capsys) -> None:
     assert "to converge" in capsys.readouterr().err
 
 
+def test_stages_that_are_not_measured_are_kept(bench, tmp_path) -> None:
+    words = ("--engines", "path,cycles", "-p", "2", "--seeds", "2")
+    report = bench(*words)
+    hall = {
+        "rows": [row | {"stage": "hall"} for row in report["rows"]],
+        "stages": [stage | {"stage": "hall"} for stage in report["stages"]],
+    }
+    (tmp_path / "rows.json").write_text(json.dumps(hall))
+    report = bench(*words, "--keep")
+    assert [stage["stage"] for stage in report["stages"]] == ["hall", "box_rect_light"]
+    again = bench("--engines", "path", "-p", "4", "--seeds", "2", "--keep")
+    assert [stage["stage"] for stage in again["stages"]] == ["hall", "box_rect_light"]
+    engines = {(line["stage"], line["engine"]) for line in again["summary"]}
+    assert engines == {("hall", "path"), ("hall", "cycles"), ("box_rect_light", "path")}
+    assert {stage["machine"]["date"] for stage in again["stages"]} == {report["machine"]["date"]}
+    assert bench(*words)["stages"][0]["stage"] == "box_rect_light"
+    (tmp_path / "rows.json").write_text("[]")
+    assert (
+        cli.main(["bench", "error", str(BOX), "--json", str(tmp_path / "rows.json"), "--keep"]) == 1
+    )
+
+
 @pytest.mark.parametrize("words", [["--engines", "arnold"], ["--times", "0"], ["--times", "x"]])
 def test_refuses_what_means_nothing(words: list[str]) -> None:
     assert cli.main(["bench", "error", str(BOX), *words]) == 2

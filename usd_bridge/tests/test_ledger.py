@@ -38,6 +38,7 @@ ERROR = {
     "stages": [
         {
             "stage": "box",
+            "machine": MACHINE,
             "resolution": [4, 2],
             "max_depth": 16,
             "skipped": {"mitsuba": "cannot render with mitsuba: mitsuba: unsupported: hair"},
@@ -98,7 +99,8 @@ def test_broken_reports_are_named(tmp_path, text: str) -> None:
 
 def test_the_headline_compares_with_the_baseline() -> None:
     text = error_tables.headline(ERROR)
-    assert "| `box` | 1.5 | 0.5 | 0.5 | 0.5 | 1 | 0.5 | each engine's own image |" in text
+    on = "{cpu}, {date}".format_map(MACHINE)
+    assert f"| `box` | 1.5 | 0.5 | 0.5 | 0.5 | 1 | 0.5 | each engine's own image | {on} |" in text
     assert "| geometric mean |  | 0.5 |" in text
     assert "3 seeds; 4x2 pixels, 16 bounces, box filter" in text
 
@@ -116,7 +118,9 @@ def test_the_default_integrator_makes_the_headline() -> None:
 
 def test_the_sentence_names_the_extremes() -> None:
     other = [row | {"stage": "hall"} for row in (summary("path", 2.0), summary("cycles", 1.0))]
-    text = error_tables.sentence(ERROR | {"summary": [*ERROR["summary"], *other]})
+    stages = [*ERROR["stages"], ERROR["stages"][0] | {"stage": "hall"}]
+    both = {"summary": [*ERROR["summary"], *other], "stages": stages}
+    text = error_tables.sentence(ERROR | both)
     assert "(whole command): 1.00 in the geometric mean of 2 stages" in text
     assert "from 0.50 (`box`) to 2.00 (`hall`)" in text
     assert "0.50 at `box`, the only" in error_tables.sentence(ERROR)

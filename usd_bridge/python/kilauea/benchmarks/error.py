@@ -8,7 +8,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from kilauea.benchmarks import error_tables, plot, strips
+from kilauea.benchmarks import error_tables, kept, plot, strips
 from kilauea.benchmarks.converged import Effort, converged
 from kilauea.benchmarks.engines import render
 from kilauea.benchmarks.job import Job
@@ -16,7 +16,7 @@ from kilauea.benchmarks.measurement import Measurement
 from kilauea.benchmarks.options import add_engine_options, engine_names, settings_of
 from kilauea.benchmarks.pace import CLOCKS, Pace, pilot
 from kilauea.benchmarks.reference import find_references
-from kilauea.benchmarks.report import print_table, write_json
+from kilauea.benchmarks.report import machine, print_table, write_json
 from kilauea.benchmarks.summary import summarise
 from kilauea.errors import KilaueaError, UsageError
 
@@ -53,6 +53,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--clay", action="store_true", help="without materials, which engines model differently"
     )
+    parser.add_argument(
+        "--keep", action="store_true", help="keep what the file of --json has of other stages"
+    )
     parser.add_argument("--plot", type=Path, metavar="STEM", help="writes STEM.svg and STEM.png")
     parser.add_argument("--table", type=Path, metavar="FILE.md", help="writes a Markdown table")
     parser.add_argument(
@@ -64,6 +67,7 @@ def run(args: argparse.Namespace) -> int:
     """Measure, print and write."""
     if min(args.seeds, args.reference_seeds) < 2:
         raise UsageError("variance needs at least two seeds")
+    earlier_rows, earlier_stages = kept.read(args.json if args.keep else None)
     rows: list[dict[str, Any]] = []
     stages: list[dict[str, Any]] = []
     for stage in args.stages:
@@ -74,9 +78,11 @@ def run(args: argparse.Namespace) -> int:
                 print(f"kilauea: {stage}: {error}", file=sys.stderr)
                 found, about = [], {"stage": Path(stage).stem, "skipped": {"all": str(error)}}
         rows += found
-        stages.append(about)
+        stages.append(about | {"machine": machine()})
         # Written after each stage: a run may take hours.
-        write_json(args.json, rows, stages=stages, summary=summarise(rows))
+        all_rows = kept.with_measured(earlier_rows, rows)
+        all_stages = kept.with_measured(earlier_stages, stages)
+        write_json(args.json, all_rows, stages=all_stages, summary=summarise(all_rows))
     report(rows, args)
     return 0 if rows else 1
 

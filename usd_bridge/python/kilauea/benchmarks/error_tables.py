@@ -58,6 +58,7 @@ def headline(report: Report) -> str:
 
 def compared(report: Report) -> list[dict[str, Any]]:
     """Return a line for each stage that one of ours and the baseline rendered."""
+    machines = {stage["stage"]: stage["machine"] for stage in report["stages"]}
     lines = []
     for stage in stages(report):
         found = {row["engine"]: row for row in report["summary"] if row["stage"] == stage}
@@ -72,6 +73,7 @@ def compared(report: Report) -> list[dict[str, Any]]:
                 TRIMMED: trimmed_ratio(ours, found[BASELINE]),
                 "time to its error": ours["time_ratio"],
                 "measured against": AGAINST[ours["reference"]],
+                "on": "{cpu}, {date}".format_map(machines[stage]),
             }
         )
     return lines
