@@ -2,10 +2,12 @@
 //! comes from (Müller, Gross & Novák 2017, "Practical Path Guiding for Efficient Light-Transport
 //! Simulation", section 3.2).
 
+use kilauea_math::octahedral::{
+    direction_from_square, solid_angle_per_area, square_from_direction,
+};
 use kilauea_math::{Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::octahedral::{direction_from_square, solid_angle_per_area, square_from_direction};
 use crate::record::Arrival;
 
 /// A positive density over all directions, constant per area within the leaves of a quadtree.

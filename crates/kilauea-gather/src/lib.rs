@@ -19,7 +19,6 @@ mod directions;
 mod field;
 mod forecast;
 mod lobe;
-mod octahedral;
 mod picture;
 mod record;
 

@@ -8,6 +8,7 @@
 mod bounds;
 mod frame;
 pub mod hash;
+pub mod octahedral;
 mod packed_spectrum;
 mod spectrum;
 pub mod warp;

@@ -1,6 +1,7 @@
-//! Unit vectors as points of a square that unfolds an octahedron (Meyer et al. 2010; Cigolle et
-//! al. 2014, "A Survey of Efficient Representations for Independent Unit Vectors").
+//! Unit vectors in a few bytes, by the octahedral map (Cigolle et al. 2014, "A Survey of Efficient
+//! Representations for Independent Unit Vectors").
 
+use kilauea_math::octahedral::{direction_from_square, square_from_direction};
 use kilauea_math::{Vec2, Vec3};
 
 /// A direction in four bytes, off by less than 0.0037 degrees.
@@ -12,72 +13,33 @@ pub(crate) struct Direction32([u16; 2]);
 pub(crate) struct Direction16([u8; 2]);
 
 impl Direction32 {
+    const STEPS: f32 = u16::MAX as f32;
+
     pub(crate) fn encode(direction: Vec3) -> Self {
-        Self(
-            to_square(direction)
-                .to_array()
-                .map(|v| quantize(v, u16::MAX.into()) as u16),
-        )
+        let square = square_from_direction(direction).to_array();
+        Self(square.map(|v| (v * Self::STEPS).round() as u16))
     }
 
     #[inline]
     pub(crate) fn decode(self) -> Vec3 {
-        from_square(Vec2::from_array(
-            self.0.map(|q| dequantize(q.into(), u16::MAX.into())),
-        ))
+        let square = self.0.map(|q| f32::from(q) * (1.0 / Self::STEPS));
+        direction_from_square(Vec2::from_array(square))
     }
 }
 
 impl Direction16 {
+    const STEPS: f32 = u8::MAX as f32;
+
     pub(crate) fn encode(direction: Vec3) -> Self {
-        Self(
-            to_square(direction)
-                .to_array()
-                .map(|v| quantize(v, u8::MAX.into()) as u8),
-        )
+        let square = square_from_direction(direction).to_array();
+        Self(square.map(|v| (v * Self::STEPS).round() as u8))
     }
 
     #[inline]
     pub(crate) fn decode(self) -> Vec3 {
-        from_square(Vec2::from_array(
-            self.0.map(|q| dequantize(q.into(), u8::MAX.into())),
-        ))
+        let square = self.0.map(|q| f32::from(q) * (1.0 / Self::STEPS));
+        direction_from_square(Vec2::from_array(square))
     }
-}
-
-/// The point in [-1, 1]² of a direction: z > 0 within |x| + |y| < 1, the rest folded outward.
-fn to_square(v: Vec3) -> Vec2 {
-    let projected = Vec2::new(v.x, v.y) / (v.x.abs() + v.y.abs() + v.z.abs());
-    if v.z >= 0.0 {
-        projected
-    } else {
-        fold(projected)
-    }
-}
-
-#[inline]
-fn from_square(s: Vec2) -> Vec3 {
-    let z = 1.0 - s.x.abs() - s.y.abs();
-    let xy = if z >= 0.0 { s } else { fold(s) };
-    Vec3::new(xy.x, xy.y, z).normalize()
-}
-
-/// Mirrors each corner triangle of the square at its diagonal; its own inverse.
-#[inline]
-fn fold(s: Vec2) -> Vec2 {
-    Vec2::new(
-        (1.0 - s.y.abs()).copysign(s.x),
-        (1.0 - s.x.abs()).copysign(s.y),
-    )
-}
-
-fn quantize(v: f32, steps: u32) -> u32 {
-    ((0.5 * v + 0.5) * steps as f32).round() as u32
-}
-
-#[inline]
-fn dequantize(q: u32, steps: u32) -> f32 {
-    q as f32 * (2.0 / steps as f32) - 1.0
 }
 
 #[cfg(test)]

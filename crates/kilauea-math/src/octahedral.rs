@@ -1,11 +1,11 @@
 //! The octahedral map between directions and the unit square (Meyer et al. 2010, "On Floating-Point
 //! Normal Vectors"): projection onto the octahedron |x| + |y| + |z| = 1, lower half folded outward.
 
-use kilauea_math::{Vec2, Vec3};
+use crate::{Vec2, Vec3};
 
 /// Where a unit vector lies in [0, 1]².
 #[inline]
-pub(crate) fn square_from_direction(d: Vec3) -> Vec2 {
+pub fn square_from_direction(d: Vec3) -> Vec2 {
     let q = d.truncate() / l1_norm(d);
     let folded = if d.z >= 0.0 { q } else { fold(q) };
     0.5 * folded + 0.5
@@ -13,7 +13,7 @@ pub(crate) fn square_from_direction(d: Vec3) -> Vec2 {
 
 /// The unit vector at a point of [0, 1]².
 #[inline]
-pub(crate) fn direction_from_square(s: Vec2) -> Vec3 {
+pub fn direction_from_square(s: Vec2) -> Vec3 {
     let q = 2.0 * s - 1.0;
     let z = 1.0 - q.x.abs() - q.y.abs();
     let q = if z >= 0.0 { q } else { fold(q) };
@@ -24,7 +24,7 @@ pub(crate) fn direction_from_square(s: Vec2) -> Vec3 {
 /// x + y + z = 1, so that dω = dx dy / r³, with r = 1 / |d|₁ the distance to the face along `d`;
 /// the square has a quarter of the area of [−1, 1]².
 #[inline]
-pub(crate) fn solid_angle_per_area(d: Vec3) -> f32 {
+pub fn solid_angle_per_area(d: Vec3) -> f32 {
     let norm = l1_norm(d);
     4.0 * norm * norm * norm
 }
