@@ -8,6 +8,7 @@
 mod bounds;
 mod frame;
 pub mod hash;
+mod hypot;
 mod packed_spectrum;
 mod spectrum;
 mod triple;
@@ -16,6 +17,7 @@ pub mod warp;
 pub use bounds::Bounds3;
 pub use frame::Frame;
 pub use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, Mat2, Mat3, UVec2, Vec2, Vec3, Vec3A, Vec4};
+pub use hypot::hypot;
 pub use packed_spectrum::PackedSpectrum;
 pub use spectrum::Spectrum;
 pub use triple::each_of_three;

@@ -1,7 +1,7 @@
 //! Uniform sampling of the solid angle of a rectangle
 //! (Ureña, Fajardo & King 2013, "An Area-Preserving Parametrization for Spherical Rectangles").
 
-use kilauea_math::{Vec2, Vec3};
+use kilauea_math::{Vec2, Vec3, hypot};
 
 /// Squared distance over squared diagonal from which on a rectangle is far: cosine and distance
 /// then vary by little over it.
@@ -120,14 +120,6 @@ impl SphericalRect<'_> {
         let (x, y) = (self.rectangle.x, self.rectangle.y);
         self.origin + xu * x + yv.clamp(self.y0, self.y1) * y + self.z0 * self.z
     }
-}
-
-/// The length of a vector, as `f32::hypot` has it, without a call: in `f64` squares of `f32` are
-/// exact and as large as they come.
-#[inline]
-fn hypot(x: f32, y: f32) -> f32 {
-    let (x, y) = (f64::from(x), f64::from(y));
-    (x * x + y * y).sqrt() as f32
 }
 
 /// Solid angle of the rectangle between two x and two y in the plane `z` (van Oosterom & Strackee
