@@ -2,6 +2,7 @@ mod sums;
 
 use std::ops::Range;
 
+use kilauea_math::each_of_three;
 use kilauea_scene::DataWindow;
 
 use crate::aov::Rule;
@@ -117,7 +118,7 @@ impl Tile {
 
         // Add to the spread of the luminance (Welford 1962) and to the beauty.
         let sum = &mut self.beauty[pixel_idx];
-        let rgb = sample.beauty.to_array().map(f64::from);
+        let rgb = each_of_three(sample.beauty.to_array(), f64::from);
         sum.n_samples += 1;
         if let Some(m2) = self.luminance_m2.get_mut(pixel_idx) {
             let y = luminance(rgb);

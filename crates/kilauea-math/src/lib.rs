@@ -8,16 +8,20 @@
 mod bounds;
 mod frame;
 pub mod hash;
+mod hypot;
 pub mod octahedral;
 mod packed_spectrum;
 mod spectrum;
+mod triple;
 pub mod warp;
 
 pub use bounds::Bounds3;
 pub use frame::Frame;
 pub use glam::{DAffine3, DMat3, DMat4, DVec2, DVec3, Mat2, Mat3, UVec2, Vec2, Vec3, Vec3A, Vec4};
+pub use hypot::hypot;
 pub use packed_spectrum::PackedSpectrum;
 pub use spectrum::Spectrum;
+pub use triple::each_of_three;
 
 /// One over pi.
 pub const INV_PI: f32 = std::f32::consts::FRAC_1_PI;

@@ -14,12 +14,15 @@ pub fn concentric_disk(u: Vec2) -> Vec2 {
     if o == Vec2::ZERO {
         return Vec2::ZERO;
     }
-    if o.x.abs() > o.y.abs() {
-        let (sin, cos) = sin_cos_octant(FRAC_PI_4 * (o.y / o.x));
-        o.x * Vec2::new(cos, sin)
+    // Which is the longer one cannot be guessed, so it decides no jump.
+    let is_x_longer = o.x.abs() > o.y.abs();
+    let (long, short) = if is_x_longer { (o.x, o.y) } else { (o.y, o.x) };
+    let (sin, cos) = sin_cos_octant(FRAC_PI_4 * (short / long));
+    let (along, across) = (long * cos, long * sin);
+    if is_x_longer {
+        Vec2::new(along, across)
     } else {
-        let (sin, cos) = sin_cos_octant(FRAC_PI_4 * (o.x / o.y));
-        o.y * Vec2::new(sin, cos)
+        Vec2::new(across, along)
     }
 }
 

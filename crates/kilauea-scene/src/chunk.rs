@@ -1,4 +1,4 @@
-use kilauea_math::{Bounds3, Vec3};
+use kilauea_math::{Bounds3, Vec3, each_of_three};
 use serde::{Deserialize, Serialize};
 
 use crate::Visibility;
@@ -46,7 +46,8 @@ impl MeshChunk {
     /// The three corner points of a triangle.
     #[inline]
     pub fn corners(&self, triangle_idx: usize) -> [Vec3; 3] {
-        self.triangles[triangle_idx].map(|v| Vec3::from_array(self.positions[v as usize]))
+        let position = |v: u32| Vec3::from_array(self.positions[v as usize]);
+        each_of_three(self.triangles[triangle_idx], position)
     }
 
     /// The box around all vertices at all times.

@@ -106,7 +106,12 @@ impl PrimvarLayout {
 pub(crate) fn value(data: &[f32], width: u8, idx: usize) -> Option<Channels> {
     let width = width as usize;
     let floats = data.get(idx * width..(idx + 1) * width)?;
-    let mut channels = [0.0, 0.0, 0.0, 1.0];
-    channels[..width].copy_from_slice(floats);
-    Some(channels)
+    // One by one: a copy of some few floats whose number is not known is a call.
+    Some(match *floats {
+        [r] => [r, 0.0, 0.0, 1.0],
+        [r, g] => [r, g, 0.0, 1.0],
+        [r, g, b] => [r, g, b, 1.0],
+        [r, g, b, a] => [r, g, b, a],
+        _ => return None,
+    })
 }

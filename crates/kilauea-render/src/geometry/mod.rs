@@ -16,7 +16,7 @@ mod triangle;
 use std::sync::Arc;
 
 use kilauea_accel::{Accel, BuildOptions, Placement, PrimitiveId, Whole};
-use kilauea_math::{Bounds3, Vec3};
+use kilauea_math::{Bounds3, Vec3, each_of_three};
 use kilauea_scene::{Attribute, InstanceAttribute, MeshChunk, Scene, Visibility};
 use kilauea_shading::{Element, PrimvarSlot, Surface};
 use kilauea_texture::TextureStore;
@@ -266,7 +266,9 @@ impl Geometry {
     pub fn corners(&self, at: PrimitiveRef) -> [Vec3; 3] {
         let transform = self.placements[at.placement as usize].motion.at(0.0);
         let chunk = &self.meshes(at.placement)[at.chunk as usize];
-        triangle::corners(chunk, at.primitive, 0.0).map(|p| transform.point(p))
+        each_of_three(triangle::corners(chunk, at.primitive, 0.0), |p| {
+            transform.point(p)
+        })
     }
 
     /// A point on a primitive as it is seen.

@@ -1,5 +1,5 @@
 use kilauea_accel::SurfacePoint;
-use kilauea_math::{DVec3, Vec3};
+use kilauea_math::{DVec3, Vec3, each_of_three};
 use kilauea_scene::MeshChunk;
 use kilauea_shading::Element;
 
@@ -20,7 +20,9 @@ pub(super) fn corners(chunk: &MeshChunk, triangle: u32, time: f32) -> [Vec3; 3] 
         k => &chunk.later_keys[k - 1].positions,
     };
     let (a, b) = (key(before), key(before + 1));
-    chunk.triangles[triangle as usize].map(|v| between(a[v as usize], b[v as usize], share))
+    each_of_three(chunk.triangles[triangle as usize], |v| {
+        between(a[v as usize], b[v as usize], share)
+    })
 }
 
 /// Shading normals of the corners in the chunk's space, at a time; none where faceted.
@@ -29,7 +31,8 @@ fn corner_normals(chunk: &MeshChunk, triangle: u32, time: f32) -> Option<[Vec3; 
     let first = chunk.normals.as_ref()?;
     let vertices = chunk.triangles[triangle as usize];
     if chunk.later_keys.is_empty() {
-        return Some(vertices.map(|v| Vec3::from_array(first[v as usize])));
+        let normal = |v: u32| Vec3::from_array(first[v as usize]);
+        return Some(each_of_three(vertices, normal));
     }
     let (before, share) = key_before(chunk.later_keys.len() + 1, time);
     let key = |k: usize| match k {
@@ -37,7 +40,9 @@ fn corner_normals(chunk: &MeshChunk, triangle: u32, time: f32) -> Option<[Vec3; 
         k => chunk.later_keys[k - 1].normals.as_ref(),
     };
     let (a, b) = (key(before)?, key(before + 1)?);
-    Some(vertices.map(|v| between(a[v as usize], b[v as usize], share)))
+    Some(each_of_three(vertices, |v| {
+        between(a[v as usize], b[v as usize], share)
+    }))
 }
 
 /// A triangle at a moment, in its chunk's space.
@@ -61,7 +66,7 @@ impl Triangle {
     /// The point with the view's weights of the second and third corner.
     #[inline]
     pub(super) fn point(&self, transform: &EngineTransform, view: &View) -> ShapePoint {
-        let corners = self.corners.map(|p| transform.exact_point(p));
+        let corners = each_of_three(self.corners, |p| transform.exact_point(p));
         let (u, v) = (view.uv.x, view.uv.y);
         let w = 1.0 - u - v;
         let point = SurfacePoint::on_triangle(corners, u, v, transform.error());
@@ -78,7 +83,7 @@ impl Triangle {
             p_error: point.p_error,
             ng,
             ns,
-            corners: corners.map(DVec3::as_vec3),
+            corners: each_of_three(corners, |p: DVec3| p.as_vec3()),
             barycentrics: view.uv,
             element: Element::Triangle {
                 face: 0,

@@ -12,7 +12,7 @@ use std::f32::consts::PI;
 
 use super::LightSample;
 use super::emission::Emission;
-use super::spherical_rect::SphericalRect;
+use super::spherical_rect::{Rectangle, SphericalRect};
 
 /// A light with an area that emits from one side.
 #[derive(Clone, Debug)]
@@ -25,8 +25,8 @@ pub(super) struct AreaLight {
     pub(super) cofactor: Mat3,
     /// Radius where the shape is a true sphere.
     sphere_radius: Option<f32>,
-    /// Edges of a rect that is a true rectangle.
-    is_rectangle: bool,
+    /// A rect that is a true rectangle.
+    rectangle: Option<Rectangle>,
     /// What it emits.
     pub emission: Emission,
     /// Whether camera rays see it.
@@ -90,15 +90,17 @@ impl AreaLight {
             && is_square_angle(x, y)
             && is_square_angle(x, z)
             && is_square_angle(y, z);
+        let is_rectangle = shape == UnitShape::Square && is_square_angle(x, y);
         let area = shape.area_under(&cofactor) as f32;
+        let center = engine_from_unit.translation.as_vec3();
         let area_light = Self {
             shape,
-            center: engine_from_unit.translation.as_vec3(),
+            center,
             engine_from_unit: m.as_mat3(),
             unit_from_engine: unit_from_engine.as_mat3(),
             cofactor: cofactor.as_mat3(),
             sphere_radius: is_sphere.then(|| x.length() as f32),
-            is_rectangle: shape == UnitShape::Square && is_square_angle(x, y),
+            rectangle: is_rectangle.then(|| rectangle_around(center, x.as_vec3(), y.as_vec3())),
             emission: Emission::new(light),
             visible_to_camera: light.visible_to_camera,
             area,
@@ -230,13 +232,13 @@ impl AreaLight {
         })
     }
 
-    fn spherical_rect(&self, p: Vec3) -> Option<SphericalRect> {
-        if !self.is_rectangle {
-            return None;
-        }
-        let (x, y) = (self.engine_from_unit.x_axis, self.engine_from_unit.y_axis);
-        SphericalRect::new(self.center - 0.5 * (x + y), x, y, p)
+    fn spherical_rect(&self, p: Vec3) -> Option<SphericalRect<'_>> {
+        self.rectangle.as_ref()?.seen_from(p)
     }
+}
+
+fn rectangle_around(center: Vec3, edge_x: Vec3, edge_y: Vec3) -> Rectangle {
+    Rectangle::new(center - 0.5 * (edge_x + edge_y), edge_x, edge_y)
 }
 
 impl UnitShape {

@@ -1,6 +1,6 @@
 //! Light from all around, given by a lat-long picture and importance-sampled.
 
-use kilauea_math::{DMat3, DVec3, Frame, INV_PI, Mat3, Spectrum, Vec2, Vec3, warp};
+use kilauea_math::{DMat3, DVec3, Frame, INV_PI, Mat3, Spectrum, Vec2, Vec3, hypot, warp};
 use kilauea_scene::{Light, LightShape, Wrap};
 use kilauea_texture::TextureStore;
 use std::f32::consts::{PI, TAU};
@@ -81,7 +81,7 @@ impl DomeLight {
                 let (local, sin_theta) = direction(st);
                 let wi = (self.engine_from_light * local).normalize_or_zero();
                 let pdf = pdf_st / (2.0 * PI * PI * sin_theta);
-                (wi, self.radiance_of(local, textures), pdf)
+                (wi, self.radiance_at(place(local).0, textures), pdf)
             }
         };
         (pdf > 0.0 && pdf.is_finite()).then_some(LightSample {
@@ -106,9 +106,9 @@ impl DomeLight {
             return (self.radiance, pdf);
         };
         let local = self.light_from_engine * dir;
-        let sin_theta = local.x.hypot(local.z).max(1e-9);
-        let pdf = distribution.pdf(st(local)) / (2.0 * PI * PI * sin_theta);
-        (self.radiance_of(local, textures), pdf)
+        let (st, sin_theta) = place(local);
+        let pdf = distribution.pdf(st) / (2.0 * PI * PI * sin_theta.max(1e-9));
+        (self.radiance_at(st, textures), pdf)
     }
 
     /// Bytes of what directions are chosen by.
@@ -145,11 +145,11 @@ impl DomeLight {
         self.mean
     }
 
-    fn radiance_of(&self, local: Vec3, textures: &TextureStore) -> Spectrum {
+    fn radiance_at(&self, st: Vec2, textures: &TextureStore) -> Spectrum {
         let Some((texture, _)) = self.picture else {
             return self.radiance;
         };
-        let texel = textures.sample(texture, st(local), 0.0, [Wrap::Repeat, Wrap::Clamp]);
+        let texel = textures.sample(texture, st, 0.0, [Wrap::Repeat, Wrap::Clamp]);
         texel.map_or(Spectrum::BLACK, |[r, g, b, _]| {
             self.radiance * Spectrum::new(r, g, b)
         })
@@ -157,12 +157,13 @@ impl DomeLight {
 }
 
 /// Texture coordinates of a light-space direction: +z is the centre, +x a quarter turn to the
-/// left, +y the top (UsdLuxDomeLight, `latlong`).
-fn st(local: Vec3) -> Vec2 {
+/// left, +y the top (UsdLuxDomeLight, `latlong`); and the sine of its angle to the pole.
+fn place(local: Vec3) -> (Vec2, f32) {
     let s = 0.5 - local.x.atan2(local.z) / TAU;
     // atan2 keeps its precision at the poles, where acos loses it.
-    let theta = local.x.hypot(local.z).atan2(local.y);
-    Vec2::new(s, 1.0 - theta / PI)
+    let sin_theta = hypot(local.x, local.z);
+    let theta = sin_theta.atan2(local.y);
+    (Vec2::new(s, 1.0 - theta / PI), sin_theta)
 }
 
 /// The direction of texture coordinates, and the sine of its angle to the pole.

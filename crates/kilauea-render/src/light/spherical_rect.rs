@@ -1,76 +1,90 @@
 //! Uniform sampling of the solid angle of a rectangle
 //! (Ureña, Fajardo & King 2013, "An Area-Preserving Parametrization for Spherical Rectangles").
 
-use kilauea_math::{Vec2, Vec3};
+use kilauea_math::{Vec2, Vec3, hypot};
 
 /// Squared distance over squared diagonal from which on a rectangle is far: cosine and distance
 /// then vary by little over it.
 const FAR: f32 = 4.0;
 
-/// A rectangle as seen from a point.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SphericalRect {
-    origin: Vec3,
+/// A rectangle.
+#[derive(Clone, Debug)]
+pub(super) struct Rectangle {
+    corner: Vec3,
+    center: Vec3,
+    /// Unit vectors along the edges, and across both.
     x: Vec3,
     y: Vec3,
+    z: Vec3,
+    /// Of the edges.
+    lengths: [f32; 2],
+    /// Squared distance from which on it is far.
+    far_sq: f32,
+}
+
+/// A rectangle as seen from a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SphericalRect<'a> {
+    rectangle: &'a Rectangle,
+    origin: Vec3,
     z: Vec3,
     x0: f32,
     x1: f32,
     y0: f32,
     y1: f32,
     z0: f32,
-    b0: f32,
-    b1: f32,
-    k: f32,
     solid_angle: f32,
 }
 
-impl SphericalRect {
-    /// The rectangle `corner + [0, 1] edge_x + [0, 1] edge_y` with perpendicular edges, seen from
-    /// `p`. None where it is so far that area sampling is as good, cheaper, and rounds better.
-    #[inline]
-    pub(super) fn new(corner: Vec3, edge_x: Vec3, edge_y: Vec3, p: Vec3) -> Option<Self> {
-        let size_sq = edge_x.length_squared() + edge_y.length_squared();
-        let to_center = corner + 0.5 * (edge_x + edge_y) - p;
-        if to_center.length_squared() > FAR * size_sq {
-            return None;
-        }
+impl Rectangle {
+    /// The rectangle `corner + [0, 1] edge_x + [0, 1] edge_y` with perpendicular edges.
+    pub(super) fn new(corner: Vec3, edge_x: Vec3, edge_y: Vec3) -> Self {
         let (length_x, length_y) = (edge_x.length(), edge_y.length());
         let (x, y) = (edge_x / length_x, edge_y / length_y);
-        let to_corner = corner - p;
-        let mut z = x.cross(y);
+        Self {
+            corner,
+            center: corner + 0.5 * (edge_x + edge_y),
+            x,
+            y,
+            z: x.cross(y),
+            lengths: [length_x, length_y],
+            far_sq: FAR * (edge_x.length_squared() + edge_y.length_squared()),
+        }
+    }
+
+    /// As seen from `p`. None where it is so far that area sampling is as good, cheaper, and rounds
+    /// better.
+    #[inline]
+    pub(super) fn seen_from(&self, p: Vec3) -> Option<SphericalRect<'_>> {
+        if self.center.distance_squared(p) > self.far_sq {
+            return None;
+        }
+        let to_corner = self.corner - p;
+        let mut z = self.z;
         let mut z0 = to_corner.dot(z);
         if z0 > 0.0 {
             z = -z;
             z0 = -z0;
         }
-        let (x0, y0) = (to_corner.dot(x), to_corner.dot(y));
+        let [length_x, length_y] = self.lengths;
+        let (x0, y0) = (to_corner.dot(self.x), to_corner.dot(self.y));
         let (x1, y1) = (x0 + length_x, y0 + length_y);
-        // Normals of the four planes through p and an edge; only these components are not
-        // zero, and one of them is not needed.
-        let normal_z = |at: f32| at / at.hypot(z0);
-        let (n0, n2, n3) = (-normal_z(y0), normal_z(y1), -normal_z(x0));
-        let angle = |a: f32, b: f32| (-a * b).clamp(-1.0, 1.0).acos();
-        let (g2, g3) = (angle(n2, n3), angle(n3, n0));
-        let k = 2.0 * std::f32::consts::PI - g2 - g3;
         let solid_angle = solid_angle([x0, x1], [y0, y1], z0);
-        (solid_angle > 1e-4 && z0 < 0.0).then_some(Self {
+        (solid_angle > 1e-4 && z0 < 0.0).then_some(SphericalRect {
+            rectangle: self,
             origin: p,
-            x,
-            y,
             z,
             x0,
             x1,
             y0,
             y1,
             z0,
-            b0: n0,
-            b1: n2,
-            k,
             solid_angle,
         })
     }
+}
 
+impl SphericalRect<'_> {
     /// Density per solid angle.
     pub(super) fn pdf(&self) -> f32 {
         1.0 / self.solid_angle
@@ -79,16 +93,22 @@ impl SphericalRect {
     /// A point of the rectangle.
     #[inline]
     pub(super) fn sample(&self, u: Vec2) -> Vec3 {
-        let phi = u.x * self.solid_angle + self.k;
+        // Normals of the four planes through the origin and an edge; only these components are not
+        // zero, and one of them is not needed.
+        let normal_z = |at: f32| at / hypot(at, self.z0);
+        let (n0, n2, n3) = (-normal_z(self.y0), normal_z(self.y1), -normal_z(self.x0));
+        let angle = |a: f32, b: f32| (-a * b).clamp(-1.0, 1.0).acos();
+        let k = 2.0 * std::f32::consts::PI - angle(n2, n3) - angle(n3, n0);
+        let phi = u.x * self.solid_angle + k;
         let (sin_phi, cos_phi) = phi.sin_cos();
-        let fu = (cos_phi * self.b0 - self.b1) / sin_phi;
-        let cu = (1.0 / (fu * fu + self.b0 * self.b0).sqrt())
+        let fu = (cos_phi * n0 - n2) / sin_phi;
+        let cu = (1.0 / (fu * fu + n0 * n0).sqrt())
             .copysign(fu)
             .clamp(-1.0, 1.0);
         let sin_cu = (1.0 - cu * cu).max(1e-12).sqrt();
         let xu = (-(cu * self.z0) / sin_cu).clamp(self.x0, self.x1);
-        let d = xu.hypot(self.z0);
-        let sine = |y: f32| y / d.hypot(y);
+        let d = hypot(xu, self.z0);
+        let sine = |y: f32| y / hypot(d, y);
         let (h0, h1) = (sine(self.y0), sine(self.y1));
         let hv = h0 + u.y * (h1 - h0);
         let hv_sq = hv * hv;
@@ -97,7 +117,8 @@ impl SphericalRect {
         } else {
             self.y1
         };
-        self.origin + xu * self.x + yv.clamp(self.y0, self.y1) * self.y + self.z0 * self.z
+        let (x, y) = (self.rectangle.x, self.rectangle.y);
+        self.origin + xu * x + yv.clamp(self.y0, self.y1) * y + self.z0 * self.z
     }
 }
 
@@ -105,8 +126,15 @@ impl SphericalRect {
 /// 1983, for its two triangles). Four angles less 2π, as in Ureña et al., would lose all digits of
 /// a rectangle seen from close to its plane, and the light sampled with it would be off as much.
 fn solid_angle([x0, x1]: [f32; 2], [y0, y1]: [f32; 2], z: f32) -> f32 {
-    let corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)].map(|(x, y)| Vec3::new(x, y, z));
-    let lengths = corners.map(Vec3::length);
+    let corner = |x, y| Vec3::new(x, y, z);
+    let corners = [
+        corner(x0, y0),
+        corner(x1, y0),
+        corner(x1, y1),
+        corner(x0, y1),
+    ];
+    let [a, b, c, d] = &corners;
+    let lengths = [a.length(), b.length(), c.length(), d.length()];
     let determinant = (z * (x1 - x0) * (y1 - y0)).abs();
     let triangle = |i: usize, j: usize, k: usize| {
         let dots = corners[i].dot(corners[j]) * lengths[k]
@@ -137,26 +165,16 @@ mod tests {
 
     #[test]
     fn solid_angle_is_that_of_a_cube_face() {
-        let r = SphericalRect::new(
-            Vec3::new(-1.0, -1.0, -1.0),
-            2.0 * Vec3::X,
-            2.0 * Vec3::Y,
-            Vec3::ZERO,
-        );
-        let pdf = r.unwrap().pdf();
+        let r = Rectangle::new(Vec3::new(-1.0, -1.0, -1.0), 2.0 * Vec3::X, 2.0 * Vec3::Y);
+        let pdf = r.seen_from(Vec3::ZERO).unwrap().pdf();
         assert!((1.0 / pdf - 4.0 * std::f32::consts::PI / 6.0).abs() < 1e-5);
     }
 
     #[test]
     fn samples_are_uniform_per_solid_angle() {
         // The mean of cos/pdf over the rectangle is the form factor times pi.
-        let r = SphericalRect::new(
-            Vec3::new(-0.4, -0.3, -1.0),
-            Vec3::X,
-            1.3 * Vec3::Y,
-            Vec3::ZERO,
-        )
-        .unwrap();
+        let r = Rectangle::new(Vec3::new(-0.4, -0.3, -1.0), Vec3::X, 1.3 * Vec3::Y);
+        let r = r.seen_from(Vec3::ZERO).unwrap();
         let n = 256;
         let mut by_solid_angle = 0.0_f64;
         let mut by_area = 0.0_f64;

@@ -5,7 +5,7 @@
 //! Importance Sampling for Polygonal Lights": nothing is lost to cancellation then, neither close to
 //! the plane nor in slivers, and all is in `f64`, so that only the coordinates are rounded.
 
-use kilauea_math::{DVec3, Vec2, Vec3};
+use kilauea_math::{DVec3, Vec2, Vec3, each_of_three};
 
 /// Squared distance over squared longest edge from which on a triangle is far: distance then varies
 /// by less over it.
@@ -45,11 +45,10 @@ impl SphericalTriangle {
     #[inline]
     pub(super) fn new(corners: &[Vec3; 3], p: Vec3) -> Option<Self> {
         let [a, b, c] = *corners;
-        let edges = [b - a, c - b, a - c];
-        let longest_sq = edges
-            .map(Vec3::length_squared)
-            .into_iter()
-            .fold(0.0, f32::max);
+        let longest_sq = (b - a)
+            .length_squared()
+            .max((c - b).length_squared())
+            .max((a - c).length_squared());
         let to_center = (a + b + c) / 3.0 - p;
         if to_center.length_squared() > FAR * longest_sq {
             return None;
@@ -58,7 +57,7 @@ impl SphericalTriangle {
     }
 
     fn near(corners: &[Vec3; 3], p: Vec3) -> Option<Self> {
-        let to_corners = corners.map(|corner| corner.as_dvec3() - p.as_dvec3());
+        let to_corners = each_of_three(*corners, |corner| corner.as_dvec3() - p.as_dvec3());
         let [a, b, c] = to_corners;
         let normal = (b - a).cross(c - a);
         let volume = normal.dot(a).abs();
@@ -67,8 +66,8 @@ impl SphericalTriangle {
         if volume.is_nan() || volume <= least_height * normal.length() {
             return None;
         }
-        let distances = to_corners.map(DVec3::length);
-        let toward = [0, 1, 2].map(|i| to_corners[i] / distances[i]);
+        let distances = each_of_three(to_corners, DVec3::length);
+        let toward = each_of_three([0, 1, 2], |i| to_corners[i] / distances[i]);
         let volume = volume / (distances[0] * distances[1] * distances[2]);
         let cos_01 = toward[0].dot(toward[1]);
         let cos_02_12 = (toward[0] + toward[1]).dot(toward[2]);
@@ -116,9 +115,10 @@ impl SphericalTriangle {
             along * cut_2,
         ];
         // The direction is a sum of those to the corners, so the point is one of the corners.
-        let of_corners = [0, 1, 2].map(|i| of_directions[i].max(0.0) / self.distances[i]);
+        let of_corners =
+            each_of_three([0, 1, 2], |i| of_directions[i].max(0.0) / self.distances[i]);
         let sum: f64 = of_corners.iter().sum();
-        let [w0, w1, w2] = of_corners.map(|w| w / sum);
+        let [w0, w1, w2] = each_of_three(of_corners, |w| w / sum);
         let [d0, d1, d2] = self.distances;
         TrianglePoint {
             weights: Vec2::new(w1 as f32, w2 as f32),
