@@ -444,6 +444,8 @@ mod tests {
             });
         };
         add(&mut fixture, "constant", Interpolation::Constant, 1, &[7.0]);
+        let wide = [1.0, 2.0, 3.0, 4.0];
+        add(&mut fixture, "wide", Interpolation::Constant, 4, &wide);
         add(
             &mut fixture,
             "uniform",
@@ -467,6 +469,7 @@ mod tests {
             assert_close(value(vec![node], &mut fixture), expected);
         };
         check("constant", [7.0, 0.0, 0.0, 1.0]);
+        check("wide", wide);
         check("uniform", [1.0, 2.0, 3.0, 1.0]);
         check("vertex", [3.25, 0.0, 0.0, 1.0]);
         check("short", [9.0; 4]);
