@@ -82,23 +82,27 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS
         };
         let may_glint = match glints.get(tile, pixel_idx) {
             Some(known) => known,
-            None => {
-                let [x, y] = pixel.position;
-                let corner = Vec2::new(x as f32, y as f32);
-                let offsets = [[0.5, 0.5], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
-                let rays = offsets.map(|[x, y]| {
-                    let raster = corner + Vec2::new(x, y);
-                    frame.camera.ray(raster, Vec2::splat(0.5), 0.0).ray
-                });
-                let numbers = pixel.sequence.sampler(0);
-                // In a box, as room for it would be in the state of every path.
-                let asked = Box::pin(self.integrator.may_glint(rays, &numbers, counts, cx));
-                let may_glint = asked.await;
-                glints.set(tile, pixel_idx, may_glint);
-                may_glint
-            }
+            // In a box, as room for it would be in the state of every path.
+            None => Box::pin(self.may_glint(pixel, counts, cx)).await,
         };
+        glints.set(tile, pixel_idx, may_glint);
         if may_glint { GLINT_PATHS } else { 1 }
+    }
+
+    /// Looks through the center and the corners of a pixel for a glint.
+    async fn may_glint<P, C>(&self, pixel: &SampledPixel<'_>, counts: &mut RayTally, cx: &C) -> bool
+    where
+        P: Program<Question = Question, Answer = Answer>,
+        C: Context<P>,
+    {
+        let [x, y] = pixel.position;
+        let offsets = [[0.5, 0.5], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+        let rays = offsets.map(|[right, down]| {
+            let raster = Vec2::new(x as f32 + right, y as f32 + down);
+            self.frame.camera.ray(raster, Vec2::splat(0.5), 0.0).ray
+        });
+        let numbers = pixel.sequence.sampler(0);
+        self.integrator.may_glint(rays, &numbers, counts, cx).await
     }
 
     /// Begins a sample.
