@@ -160,6 +160,21 @@ fn aimed_paths_find_the_sun_where_no_photon_arrived() {
     );
 }
 
+/// A mirror in a wide place, which some photons of the pilot meet: each round tells the next one better
+/// where it is.
+#[test]
+fn a_mirror_that_few_photons_meet_is_aimed_at() {
+    let settings = RenderSettings {
+        resolution: [64, 64],
+        ..settings(Aim::WherePays)
+    };
+    let mut stage = stage(&WALL, metal(0.0), 1.0);
+    stage.meshes.push(Mesh::floor(10.0));
+    let picture = Picture::render(&stage.prepare(&settings), settings);
+    let aim = picture.stats.aim;
+    assert!(aim.arrivals > 1000 && aim.cells > 0, "{aim:?}");
+}
+
 #[test]
 fn how_it_is_run_does_not_change_a_bit() {
     let settings = RenderSettings {

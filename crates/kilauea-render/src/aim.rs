@@ -17,8 +17,11 @@ use crate::stats::AimStats;
 
 /// Paths of light for each path of a frame.
 const PHOTON_SHARE: f64 = 1.0 / 8.0;
-/// Of these, those that tell where to send the others.
+/// Of these, those that are sent everywhere.
 const PILOT_SHARE: f64 = 1.0 / 4.0;
+/// Those of each round after that, which are sent where all rounds before found something. What arrives
+/// of the last is aimed at.
+const ROUND_SHARES: [f64; 4] = [0.1, 0.1, 0.15, 0.4];
 /// A frame for which fewer were to be traced goes without.
 const LEAST_PHOTONS: f64 = 4096.0;
 /// More would only make cells smaller than they need be.
@@ -28,10 +31,9 @@ const MOST_PHOTONS: f64 = (1 << 18) as f64;
 const LEAST_CONTRAST: f64 = 100.0;
 /// Light is worth aiming at that by chance makes at least that variance of a sample, relative to white
 /// surfaces under the mean irradiance: for less, other light loses more by the directions that it lacks.
-const LEAST_VARIANCE: f64 = 16.0;
-/// Apart from all seeds of pictures.
+const LEAST_VARIANCE: f64 = 8.0;
+/// Apart from all seeds of pictures; rounds have those after it.
 const PILOT_SEED: u32 = 0x6169_6d30;
-const AIMED_SEED: u32 = 0x6169_6d31;
 
 impl Frame {
     /// Where paths are to be aimed at; none where nothing specular shows a small bright light.
@@ -69,20 +71,24 @@ impl Frame {
             self.path_share(),
         )?;
         let least_radiance = least_contrast * pilot.sent_out / (area * PI);
-        let (_, rays) = bright(&pilot, least_radiance);
+        let (mut arrivals, mut rays) = bright(&pilot, least_radiance);
         let mut traced = vec![pilot];
         let mut field = None;
-        // Fewer do not tell where to send others, and three times as many not where to aim.
-        if rays.len() >= CausticRay::MIN_TO_AIM {
-            let emitter = emitter.aimed_by(&rays);
-            let request = request(1.0 - PILOT_SHARE, AIMED_SEED);
-            let aimed = trace_arrivals(prepared, &emitter, &request, self.path_share())?;
-            let (arrivals, _) = bright(&aimed, least_radiance);
-            let white = aimed.sent_out / (area * PI);
+        if rays.len() >= CausticRay::MIN_TO_BOUND {
+            for (round, share) in (1..).zip(ROUND_SHARES) {
+                let emitter = emitter.clone().aimed_by(&rays);
+                let request = request(share, PILOT_SEED + round);
+                let aimed = trace_arrivals(prepared, &emitter, &request, self.path_share())?;
+                let found = bright(&aimed, least_radiance);
+                arrivals = found.0;
+                rays.extend(found.1);
+                traced.push(aimed);
+            }
+            let sent_out = traced.last().map_or(0.0, |last| last.sent_out);
+            let white = sent_out / (area * PI);
             if variance_by_chance(&arrivals, area) >= least_variance * white * white {
                 field = AimField::fit(&arrivals);
             }
-            traced.push(aimed);
             self.lock_outcome().aim.arrivals = arrivals.len() as u64;
         }
         self.note_aims(&traced, field.as_ref(), start);

@@ -18,6 +18,7 @@ mod follow;
 mod frame;
 mod gather;
 mod geometry;
+mod glints;
 mod integrator;
 mod job;
 mod light;

@@ -4,6 +4,7 @@ mod blame;
 mod camera_media;
 mod cone;
 mod fault;
+mod glint;
 mod guide;
 mod media;
 mod merge;

@@ -44,7 +44,12 @@ const CHOSEN_SHARE: f32 = 0.5;
 impl Target {
     /// What light of one source met, whether that is at infinity or not.
     pub(super) fn of(rays: &[CausticRay], is_infinite: bool) -> Self {
-        if rays.len() < CausticRay::MIN_TO_AIM {
+        let least = if is_infinite {
+            CausticRay::MIN_TO_BOUND
+        } else {
+            CausticRay::MIN_TO_AIM
+        };
+        if rays.len() < least {
             return Self::Anywhere;
         }
         if is_infinite {
@@ -106,6 +111,8 @@ impl Target {
 impl CausticRay {
     /// Fewer do not tell where to aim the light of their source.
     pub(crate) const MIN_TO_AIM: usize = 16;
+    /// Fewer do not tell around what light from infinity is aimed.
+    pub(crate) const MIN_TO_BOUND: usize = 4;
 
     /// The ray as light that arrives from where it goes to.
     fn arrival(&self) -> Arrival {

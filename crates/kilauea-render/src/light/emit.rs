@@ -69,6 +69,7 @@ pub(crate) struct EmittedPhoton {
 
 /// Sends photons out of the lights of a scene, each light with a probability in proportion to its
 /// power.
+#[derive(Clone)]
 pub(crate) struct Emitter<'a> {
     pub(super) lights: &'a Lights,
     pub(super) geometry: &'a Geometry,
