@@ -69,35 +69,27 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         P: Program<Question = Question, Answer = Answer>,
         C: Context<P>,
     {
-        let [first, _, _, last] = corners;
         for side in [Side::Reflected, Side::Through] {
-            let mut seen = Sight::default();
-            // What shows something may end within the pixel, beside its center.
-            for ray in [center, first, last] {
-                seen = self.look(ray, side, sampler, counts, cx).await;
-                if seen.shown.is_some() {
-                    break;
-                }
-            }
-            if let Some(middle) = seen.shown {
-                let mut spread = middle.blur;
+            let seen = self.look(center, side, sampler, counts, cx).await;
+            if let Some(at_center) = seen.shown {
+                let mut spread = at_center.blur;
                 let mut n_apart = 0;
                 for corner in corners {
                     let beside = self.look(corner, side, sampler, counts, cx).await;
                     let Some(beside) = beside.shown else {
                         continue;
                     };
-                    let distance = beside.dir.distance(middle.dir);
+                    let distance = beside.dir.distance(at_center.dir);
                     if distance > MAX_SPREAD {
                         n_apart += 1;
                         continue;
                     }
-                    spread = spread.max(middle.blur + distance);
-                    if distance <= FLAT && !self.is_toward_sun(middle.dir, MAX_SPREAD) {
+                    spread = spread.max(at_center.blur + distance);
+                    if distance <= FLAT && !self.is_toward_sun(at_center.dir, MAX_SPREAD) {
                         break;
                     }
                 }
-                if n_apart >= 2 || self.is_toward_sun(middle.dir, MARGIN * spread) {
+                if n_apart >= 2 || self.is_toward_sun(at_center.dir, MARGIN * spread) {
                     return true;
                 }
             }
