@@ -14,7 +14,6 @@ use crate::RenderError;
 use crate::camera::RayGenerator;
 use crate::conditions::Conditions;
 use crate::gather::GatherEstimate;
-use crate::glints::GlintMap;
 use crate::integrator::{
     Blame, Faults, Guide, Media, MediumStack, Merge, PathIntegrator, RayCone, RayCounts, RayTracer,
     Unguided, Unmerged, Unwatched, media_around,
@@ -52,8 +51,6 @@ pub(crate) struct Frame {
     pub(crate) told: Option<Arc<GatherEstimate>>,
     /// Where sampling stops early; none where all pixels get all samples.
     pub(crate) noise: Option<NoiseGate>,
-    /// Pixels that may see a glint; none where no light makes any.
-    pub(crate) glints: Option<GlintMap>,
     pub(crate) n_threads: usize,
     pub(crate) n_pixels: u64,
     pub(crate) pixels_sampled: AtomicU64,

@@ -13,7 +13,6 @@ use crate::check::check_settings;
 use crate::conditions::Conditions;
 use crate::frame::Frame;
 use crate::gather::GatherEstimate;
-use crate::glints::GlintMap;
 use crate::integrator::Blame;
 use crate::needs::SceneNeeds;
 use crate::noise::NoiseGate;
@@ -227,7 +226,6 @@ impl Frame {
             ),
             passes: Passes::new(&film, settings.samples_per_pixel),
             n_pixels: film.n_pixels(),
-            glints: (!prepared.lights.suns().is_empty()).then(|| GlintMap::new(film.n_tiles())),
             noise: settings.noise.map(|noise| NoiseGate::new(&film, noise)),
             film,
             units: None,

@@ -18,7 +18,6 @@ mod follow;
 mod frame;
 mod gather;
 mod geometry;
-mod glints;
 mod integrator;
 mod job;
 mod light;

@@ -72,19 +72,14 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
         }
         let pixel = sampler.pixel(tile_idx, pixel_idx);
         integrator.guide.begin(&mut trail, pixel.position);
-        let cx = Answered(tracer);
-        let n_paths =
-            in_place(sampler.n_paths((tile_idx, pixel_idx), &pixel, &mut sampled.counts, &cx));
-        let samples = frame.passes.samples(&sampled.run.passes);
-        for number in samples.start * n_paths..samples.end * n_paths {
-            let pixel = pixel.repeated(number % n_paths);
-            let sample_idx = number / n_paths;
+        for sample_idx in frame.passes.samples(&sampled.run.passes) {
             let start = sampler.start(&pixel, sample_idx);
             let SampleStart {
                 ray,
                 sampler: numbers,
                 view,
             } = start;
+            let cx = Answered(tracer);
             let path = integrator.start(ray);
             let counts = &mut sampled.counts;
             let path = integrator.trace(path, numbers, counts, &mut trail, &cx);

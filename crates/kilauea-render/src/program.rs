@@ -95,13 +95,7 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
                 let pixel = self.sampler.pixel(sampled.run.tile, pixel_idx);
                 let guide = &self.sampler.integrator.guide;
                 guide.begin(&mut trail, pixel.position);
-                let counts = &mut sampled.counts;
-                let place = (sampled.run.tile, pixel_idx);
-                let n_paths = self.sampler.n_paths(place, &pixel, counts, &cx).await;
-                let samples = self.sampler.frame.passes.samples(&sampled.run.passes);
-                for number in samples.start * n_paths..samples.end * n_paths {
-                    let pixel = pixel.repeated(number % n_paths);
-                    let sample_idx = number / n_paths;
+                for sample_idx in self.sampler.frame.passes.samples(&sampled.run.passes) {
                     let SampleStart { ray, sampler, view } = self.sampler.start(&pixel, sample_idx);
                     let is_finite = {
                         let path = self.sampler.integrator.start(ray);

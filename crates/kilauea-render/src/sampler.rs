@@ -32,8 +32,6 @@ struct PairKeys {
 pub(crate) struct PixelSequence<'a> {
     tables: &'a SamplerTables,
     start: u64,
-    /// Which of several scramblings of it.
-    repeat: u32,
 }
 
 /// The random numbers of one pixel sample.
@@ -115,26 +113,16 @@ impl SamplerTables {
         PixelSequence {
             tables: self,
             start: (order as u64) << self.log2_samples,
-            repeat: 0,
         }
     }
 }
 
 impl<'a> PixelSequence<'a> {
-    /// Other numbers of the same run.
-    pub(crate) fn repeated(self, repeat: u32) -> Self {
-        // Apart from the few bits of an index that are above.
-        Self {
-            repeat: repeat << 16,
-            ..self
-        }
-    }
-
     /// The numbers of one sample.
     #[inline]
     pub(crate) fn sampler(&self, sample_idx: u32) -> Sampler<'a> {
         let index = self.start | sample_idx as u64;
-        let above = (index >> 32) as u32 ^ self.repeat;
+        let above = (index >> 32) as u32;
         Sampler {
             tables: self.tables,
             reversed_index: (index as u32).reverse_bits(),

@@ -18,9 +18,6 @@ pub(crate) struct PixelSampler<'f, const CUTOUTS: bool, M, G, X> {
     pub(crate) integrator: PathIntegrator<'f, CUTOUTS, M, G, X>,
 }
 
-/// Paths for each sample of a pixel that may see a glint.
-const GLINT_PATHS: u32 = 4;
-
 /// A pixel of which samples are taken.
 #[derive(Clone, Copy)]
 pub(crate) struct SampledPixel<'f> {
@@ -44,16 +41,6 @@ pub(crate) struct SampleView {
     offset_sq: f32,
 }
 
-impl SampledPixel<'_> {
-    /// The same pixel with other random numbers.
-    pub(crate) fn repeated(&self, repeat: u32) -> Self {
-        Self {
-            sequence: self.sequence.repeated(repeat),
-            ..*self
-        }
-    }
-}
-
 impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS, M, G, X> {
     /// The pixel with that number in a tile.
     pub(crate) fn pixel(&self, tile: u32, pixel_idx: u32) -> SampledPixel<'_> {
@@ -62,47 +49,6 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelSampler<'_, CUTOUTS
             position,
             sequence: self.frame.sampler.pixel(position),
         }
-    }
-
-    /// Paths that a sample of a pixel has: more where there may be a glint, which few of them find.
-    pub(crate) async fn n_paths<P, C>(
-        &self,
-        (tile, pixel_idx): (u32, u32),
-        pixel: &SampledPixel<'_>,
-        counts: &mut RayTally,
-        cx: &C,
-    ) -> u32
-    where
-        P: Program<Question = Question, Answer = Answer>,
-        C: Context<P>,
-    {
-        let frame = self.frame;
-        let Some(glints) = &frame.glints else {
-            return 1;
-        };
-        let may_glint = match glints.get(tile, pixel_idx) {
-            Some(known) => known,
-            // In a box, as room for it would be in the state of every path.
-            None => Box::pin(self.may_glint(pixel, counts, cx)).await,
-        };
-        glints.set(tile, pixel_idx, may_glint);
-        if may_glint { GLINT_PATHS } else { 1 }
-    }
-
-    /// Looks through the center and the corners of a pixel for a glint.
-    async fn may_glint<P, C>(&self, pixel: &SampledPixel<'_>, counts: &mut RayTally, cx: &C) -> bool
-    where
-        P: Program<Question = Question, Answer = Answer>,
-        C: Context<P>,
-    {
-        let [x, y] = pixel.position;
-        let offsets = [[0.5, 0.5], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
-        let rays = offsets.map(|[right, down]| {
-            let raster = Vec2::new(x as f32 + right, y as f32 + down);
-            self.frame.camera.ray(raster, Vec2::splat(0.5), 0.0).ray
-        });
-        let numbers = pixel.sequence.sampler(0);
-        self.integrator.may_glint(rays, &numbers, counts, cx).await
     }
 
     /// Begins a sample.

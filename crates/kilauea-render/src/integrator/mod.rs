@@ -4,7 +4,6 @@ mod blame;
 mod camera_media;
 mod cone;
 mod fault;
-mod glint;
 mod guide;
 mod media;
 mod merge;

@@ -23,7 +23,6 @@ mod places;
 mod source;
 mod spherical_rect;
 mod spherical_triangle;
-mod suns;
 mod tree;
 mod walk;
 
@@ -109,8 +108,6 @@ pub struct Lights {
     mesh: MeshLights,
     tree: LightTree,
     infinite: Vec<InfiniteLight>,
-    /// Directions toward the bright parts of those.
-    suns: Vec<Vec3>,
     /// Of area lights, then of those at infinity: their numbers in the scene.
     numbers_in_scene: Vec<u32>,
 }
@@ -166,7 +163,6 @@ impl Lights {
             area_bvh: AreaBvh::new(&bounds),
             area,
             mesh,
-            suns: suns::suns(&infinite, textures),
             infinite,
             numbers_in_scene,
         }
@@ -175,12 +171,6 @@ impl Lights {
     /// Whether they are others where they are seen from elsewhere.
     pub(crate) fn depend_on_camera(&self) -> bool {
         self.mesh.has_hidden_sides()
-    }
-
-    /// Directions toward lights around the scene that are small and bright; none where there are
-    /// none.
-    pub(crate) fn suns(&self) -> &[Vec3] {
-        &self.suns
     }
 
     /// Number of lights and emissive triangles.
