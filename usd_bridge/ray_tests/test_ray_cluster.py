@@ -70,7 +70,8 @@ def test_a_worker_that_is_killed_changes_no_bit(address, tmp_path, monkeypatch) 
 
 
 def test_workers_stay_from_frame_to_frame(address, tmp_path) -> None:
-    flags = ["-p", "8", "-n", "2", "--integrator", "kilauea"]
+    # So many samples that no worker is late for the first frame, and goes without its scene.
+    flags = ["-p", "512", "-n", "2", "--integrator", "kilauea"]
     alone, _ = render_two(tmp_path, *flags)
     together, (first, second) = render_two(tmp_path, *flags, "--cluster", address)
     assert np.array_equal(alone, together, equal_nan=True)
