@@ -124,7 +124,7 @@ def test_converged_images_are_made_once(bench, capsys) -> None:
 def test_stages_that_are_not_measured_are_kept(bench, tmp_path) -> None:
     words = ("--engines", "path,cycles", "-p", "2", "--seeds", "2")
     report = bench(*words)
-    hall = {
+    hall = report | {
         "rows": [row | {"stage": "hall"} for row in report["rows"]],
         "stages": [stage | {"stage": "hall"} for stage in report["stages"]],
     }

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
+from kilauea.benchmarks.report import read_json
 from kilauea.errors import KilaueaError
 
 Rows = list[dict[str, Any]]
@@ -21,22 +21,20 @@ def read(path: str | None) -> tuple[Rows, Rows]:
     """
     if path is None or not Path(path).exists():
         return [], []
-    try:
-        report = json.loads(Path(path).read_text(encoding="utf-8"))
-        return report["rows"], report["stages"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise KilaueaError(
-            f"{path}: not what `kilauea bench error --json` writes: {error}"
-        ) from None
+    report = read_json(Path(path))
+    if "stages" not in report:
+        raise KilaueaError(f"{path}: not what `kilauea bench error --json` writes")
+    return report["rows"], report["stages"]
 
 
 def with_measured(earlier: Rows, measured: Rows) -> Rows:
     """Return all, with what is measured anew in the place of what was there of the same stages."""
-    new = {name: [row for row in measured if row["stage"] == name] for name in names(measured)}
-    old = {name: [row for row in earlier if row["stage"] == name] for name in names(earlier)}
-    return [row for found in (old | new).values() for row in found]
+    by_stage = _by_stage(earlier) | _by_stage(measured)
+    return [row for rows in by_stage.values() for row in rows]
 
 
-def names(rows: Rows) -> list[str]:
-    """Return the stages of rows, each once, in their order."""
-    return list(dict.fromkeys(row["stage"] for row in rows))
+def _by_stage(rows: Rows) -> dict[str, Rows]:
+    groups: dict[str, Rows] = {}
+    for row in rows:
+        groups.setdefault(row["stage"], []).append(row)
+    return groups

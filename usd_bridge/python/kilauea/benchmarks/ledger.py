@@ -8,13 +8,13 @@ lies beside the documentation. A section stays as it is where there is no file f
 from __future__ import annotations
 
 import argparse
-import json
 import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from kilauea.benchmarks import error_tables, plot, speed_tables
+from kilauea.benchmarks.report import read_json
 from kilauea.errors import KilaueaError
 from kilauea.output import write_text
 
@@ -59,16 +59,7 @@ def read_reports(folder: Path) -> dict[str, Report]:
     """
     if not folder.is_dir():
         raise KilaueaError(f"{folder} does not exist: it holds what `kilauea bench` measured")
-    reports: dict[str, Report] = {}
-    for file in sorted(folder.glob("*.json")):
-        try:
-            report = json.loads(file.read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise KilaueaError(f"{file}: {error}") from None
-        if not isinstance(report, dict) or not {"machine", "rows"} <= report.keys():
-            raise KilaueaError(f"{file}: not what `kilauea bench --json` writes")
-        reports[file.stem] = report
-    return reports
+    return {file.stem: read_json(file) for file in sorted(folder.glob("*.json"))}
 
 
 def rewritten(text: str, reports: dict[str, Report], page: str) -> str:

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from kilauea.errors import KilaueaError
 from kilauea.output import write_text
 
 
@@ -30,6 +31,23 @@ def write_json(path: str | None, rows: list[dict[str, Any]], **more: Any) -> Non
     if path:
         report = {"machine": machine(), "rows": rows, **more}
         write_text(Path(path), json.dumps(report, indent=1) + "\n")
+
+
+def read_json(file: Path) -> dict[str, Any]:
+    """Read what `write_json` wrote.
+
+    Raises
+    ------
+    KilaueaError
+        It is no report, or cannot be read.
+    """
+    try:
+        report = json.loads(file.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise KilaueaError(f"{file}: {error}") from None
+    if not isinstance(report, dict) or not {"machine", "rows"} <= report.keys():
+        raise KilaueaError(f"{file}: not what `kilauea bench --json` writes")
+    return report
 
 
 def print_table(rows: list[dict[str, Any]]) -> None:
