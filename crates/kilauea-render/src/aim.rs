@@ -71,20 +71,20 @@ impl Frame {
             self.path_share(),
         )?;
         let least_radiance = least_contrast * pilot.sent_out / (area * PI);
-        let (mut arrivals, mut rays) = bright(&pilot, least_radiance);
+        let (_, mut rays) = bright(&pilot, least_radiance);
         let mut traced = vec![pilot];
         let mut field = None;
         if rays.len() >= CausticRay::MIN_TO_BOUND {
+            let (mut arrivals, mut sent_out) = (Vec::new(), 0.0);
             for (round, share) in (1..).zip(ROUND_SHARES) {
-                let emitter = emitter.clone().aimed_by(&rays);
+                let emitter = emitter.aimed_by(&rays);
                 let request = request(share, PILOT_SEED + round);
                 let aimed = trace_arrivals(prepared, &emitter, &request, self.path_share())?;
-                let found = bright(&aimed, least_radiance);
-                arrivals = found.0;
-                rays.extend(found.1);
+                let (arrived, found) = bright(&aimed, least_radiance);
+                (arrivals, sent_out) = (arrived, aimed.sent_out);
+                rays.extend(found);
                 traced.push(aimed);
             }
-            let sent_out = traced.last().map_or(0.0, |last| last.sent_out);
             let white = sent_out / (area * PI);
             if variance_by_chance(&arrivals, area) >= least_variance * white * white {
                 field = AimField::fit(&arrivals);

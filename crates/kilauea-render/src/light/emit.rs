@@ -69,7 +69,6 @@ pub(crate) struct EmittedPhoton {
 
 /// Sends photons out of the lights of a scene, each light with a probability in proportion to its
 /// power.
-#[derive(Clone)]
 pub(crate) struct Emitter<'a> {
     pub(super) lights: &'a Lights,
     pub(super) geometry: &'a Geometry,
@@ -112,7 +111,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// The same, with a share of the light aimed at what the light of earlier caustic photons met.
-    pub(crate) fn aimed_by(self, rays: &[CausticRay]) -> Self {
+    pub(crate) fn aimed_by(&self, rays: &[CausticRay]) -> Self {
         let n_finite = self.sources().count();
         let n_sources = n_finite + self.lights.infinite.len();
         let n_lights = self.lights.len() as u32;
@@ -125,7 +124,7 @@ impl<'a> Emitter<'a> {
         Self {
             choice: choice_by_caustics(&self.choice, n_lights, n_sources, source, rays),
             targets: by_source.iter().enumerate().map(target).collect(),
-            ..self
+            ..*self
         }
     }
 
