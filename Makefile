@@ -51,7 +51,7 @@ test-ray: install
 	cd usd_bridge && ../$(BIN)/python -m pytest --quiet -W default ray_tests
 
 # Everything that CI runs.
-check: lint test
+check: lint test test-ray
 
 lint: install
 	cargo fmt --all --check

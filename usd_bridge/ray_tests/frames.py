@@ -22,6 +22,8 @@ def cluster_of(n_nodes: int) -> Iterator[Cluster]:
     """Run so many nodes of one core on this machine."""
     # What Ray starts finds the package as we do.
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
+    # Or its workers wait for whatever else runs on this machine.
+    os.environ.update(RAY_worker_niceness="0")
     cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
     try:
         for _ in range(n_nodes - 1):

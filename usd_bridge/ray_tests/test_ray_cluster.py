@@ -8,8 +8,9 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
 import threading
+import time
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
 
@@ -49,15 +50,17 @@ def test_a_worker_that_is_killed_changes_no_bit(address, tmp_path, monkeypatch) 
     first = threading.Event()
 
     def start_and_kill(self: RayWorkers, ticket: str) -> None:
-        start(self, ticket)
         if not first.is_set():
             first.set()
-            threading.Thread(target=kill_a_worker, daemon=True).start()
+            of_earlier_frames = workers_here()
+            threading.Thread(target=kill_a_worker, args=[of_earlier_frames], daemon=True).start()
+        start(self, ticket)
 
     monkeypatch.setattr(RayWorkers, "start", start_and_kill)
+    flags = ["-p", "256"]
+    alone, _ = render(tmp_path, "alone", *flags)
     for name, spread in (("replicated", []), ("spread", ["--set-size", str(N_NODES)])):
         first.clear()
-        flags = ["-p", "256"]
         together, stats = render(tmp_path, name, *flags, *spread, "--cluster", address)
         lost = [worker for worker in stats["workers"] if worker["lost"]]
         assert len(lost) == 1
@@ -65,7 +68,6 @@ def test_a_worker_that_is_killed_changes_no_bit(address, tmp_path, monkeypatch) 
             w for w in stats["workers"] if w["rank"] == lost[0]["rank"] and w["incarnation"] == 1
         ]
         assert len(again) == 1
-        alone, _ = render(tmp_path, "alone", *flags)
         assert np.array_equal(alone, together, equal_nan=True)
 
 
@@ -86,15 +88,22 @@ def render_two(folder: Path, *flags: str) -> tuple[list[np.ndarray], list[dict]]
     return [layers for layers, _ in frames], [stats for _, stats in frames]
 
 
-def kill_a_worker() -> None:
-    """Kill the first worker that there is, as soon as it is there."""
-    while True:
-        found = subprocess.run(
-            ["pgrep", "-f", "^ray::RenderNode.work"], capture_output=True, text=True, check=False
-        )
-        if found.stdout:
-            os.kill(int(found.stdout.split()[0]), signal.SIGKILL)
-            return
+def workers_here() -> set[int]:
+    """Return the processes that render, by their names."""
+    found = set()
+    for words_of_process in Path("/proc").glob("[0-9]*/cmdline"):
+        # Others end while we look.
+        with suppress(OSError):
+            if words_of_process.read_bytes().startswith(b"ray::RenderNode.work"):
+                found.add(int(words_of_process.parent.name))
+    return found
+
+
+def kill_a_worker(but: set[int]) -> None:
+    """Kill a worker as soon as it is there."""
+    while not (found := workers_here() - but):
+        time.sleep(0.01)
+    os.kill(min(found), signal.SIGKILL)
 
 
 def test_the_doctor_finds_machines_that_go_together(address, tmp_path, capsys) -> None:

@@ -16,9 +16,23 @@ from ray.cluster_utils import Cluster
 
 _N_NODES = 2
 _SHORT = ["-p", "256"]
-_LONG = ["-p", "5000"]
-"""Longer than Ray takes to end its processes, on any machine that we know."""
+_LONG = ["-p", "3000"]
+"""Some times longer than Ray takes to notice, on any machine that we know."""
+_SOON_NOTICED = {
+    "RAY_gcs_rpc_server_reconnect_timeout_s": "2",
+    "RAY_health_check_initial_delay_ms": "0",
+    "RAY_health_check_period_ms": "300",
+    "RAY_raylet_death_check_interval_milliseconds": "100",
+    "RAY_raylet_liveness_self_check_interval_ms": "500",
+}
+"""In place of the minute that Ray waits for a head, and of 20 seconds for a node."""
 _JOURNALED_BYTES = 100_000
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory) -> tuple[np.ndarray, dict]:
+    """Return the long frame that one process renders."""
+    return render(tmp_path_factory.mktemp("whole"), "alone", *_LONG)
 
 
 def begin(folder: Path, name: str, cluster: Cluster, *flags: str) -> subprocess.Popen[str]:
@@ -66,10 +80,10 @@ def kill_node_here(cluster: Cluster) -> None:
 
 @pytest.mark.parametrize("kill", [kill_head, kill_node_here])
 def test_a_frame_that_its_cluster_leaves_can_be_gone_on_from(
-    tmp_path, monkeypatch, kill: Callable[[Cluster], None]
+    tmp_path, monkeypatch, whole, kill: Callable[[Cluster], None]
 ) -> None:
-    # In place of the minute that Ray waits for a head.
-    monkeypatch.setenv("RAY_gcs_rpc_server_reconnect_timeout_s", "5")
+    for name, value in _SOON_NOTICED.items():
+        monkeypatch.setenv(name, value)
     with cluster_of(_N_NODES) as cluster:
         frame = begin(tmp_path, "together", cluster, *_LONG)
         kill(cluster)
@@ -83,6 +97,6 @@ def test_a_frame_that_its_cluster_leaves_can_be_gone_on_from(
     with cluster_of(_N_NODES) as cluster:
         resumed = [*_LONG, "--resume", "--cluster", cluster.address]
         together, stats = render(tmp_path, "together", *resumed)
-    alone, whole = render(tmp_path, "alone", *_LONG)
+    alone, stats_alone = whole
     assert np.array_equal(alone, together, equal_nan=True)
-    assert sum(worker["rays"] for worker in stats["workers"]) < sum(whole["rays"].values())
+    assert sum(worker["rays"] for worker in stats["workers"]) < sum(stats_alone["rays"].values())
