@@ -21,8 +21,11 @@ if TYPE_CHECKING:
     from exported import ExportedScene
 
 N_DISK_CORNERS = 128
-LUXCORE_FROM_DOME = np.float64([(0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
-"""Turns dome space (+y up, image centre toward +z) into that of LuxCore's lat-long (+z, +x)."""
+LUXCORE_FROM_DOME = np.float64([(0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)])
+"""From dome space (+y up, image centre toward +z, its left toward +x) to that of LuxCore.
+
+LuxCore's image has +z on top, starts at +x and goes on toward +y: this turns and mirrors.
+"""
 
 
 def add_lights(target: pyluxcore.Scene, scene: ExportedScene) -> dict[str, Any]:

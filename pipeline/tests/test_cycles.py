@@ -19,6 +19,7 @@ from scene_writer import (
     look_down,
     pointing_down,
 )
+from turned_dome import TURNS, add_dome, look_at_it, mean_over_cosines, seen
 
 CACHE = Path(os.environ.get("KILAUEA_CACHE", Path.home() / ".cache/kilauea"))
 PYTHON = Path(os.environ.get("KILAUEA_REFERENCE_PYTHON", CACHE / "reference-env/bin/python"))
@@ -39,7 +40,7 @@ def render(folder: Path, *flags: str) -> np.ndarray:
     return oiio.ImageBuf(str(out)).get_pixels(oiio.FLOAT)[..., :3]
 
 
-def check(image: np.ndarray, expected: float | list[float]) -> None:
+def check(image: np.ndarray, expected: float | list[float] | np.ndarray) -> None:
     mean = image.reshape(-1, 3).mean(axis=0)
     np.testing.assert_allclose(mean, np.broadcast_to(expected, 3), rtol=TOLERANCE)
 
@@ -393,35 +394,18 @@ def test_rect_light_texture_is_upright_where_it_shines(tmp_path: Path) -> None:
     np.testing.assert_allclose(corners_of(image), CORNERS, atol=1e-3)
 
 
-@pytest.mark.parametrize("turn_degrees", [0.0, 90.0])
-def test_dome_texture_is_where_usd_puts_it(tmp_path: Path, turn_degrees: float) -> None:
-    """The columns of the image lie at longitudes -135, -45, 45 and 135 degrees from +z to +x.
-
-    Longitude grows toward the left of the image.
-    """
+@TURNS
+def test_dome_is_where_usd_puts_it(tmp_path: Path, world_from_dome: np.ndarray) -> None:
     writer = SceneWriter(tmp_path)
-    columns = np.float32([1, 2, 3, 4])
-    rows = np.float32([10, 20])
-    picture = rows[:, None, None] + columns[None, :, None] + np.zeros((1, 1, 3))
-    turn = math.radians(turn_degrees)
-    spin = np.eye(4)
-    spin[np.ix_([0, 2], [0, 2])] = [
-        [math.cos(turn), math.sin(turn)],
-        [-math.sin(turn), math.cos(turn)],
-    ]
-    scaled = spin @ np.diag([3.0, 3.0, 3.0, 1.0])
-    writer.record["lights"] = [
-        light({"type": "dome"}, scaled, texture=writer.texture((0, picture)))
-    ]
-    for longitude, column in ((135.0, 1.0), (45.0, 2.0), (-45.0, 3.0), (-135.0, 4.0)):
-        angle = math.radians(longitude + turn_degrees)
-        forward = np.array([math.sin(angle), 1.0, math.cos(angle)]) / math.sqrt(2.0)
-        right = np.cross(forward, (0.0, 1.0, 0.0))
-        right /= np.linalg.norm(right)
-        view = np.eye(4)
-        view[:3, :3] = np.stack([right, np.cross(right, forward), -forward], axis=1)
-        writer.record["camera"] = camera(view)
-        check(render(writer.write(), "--samples", "4"), 20.0 + column)
+    add_dome(writer, world_from_dome)
+    look_at_it(writer)
+    np.testing.assert_allclose(render(writer.write()), seen(world_from_dome), atol=0.02)
+
+
+@TURNS
+def test_dome_lights_from_where_it_is_seen(plane: SceneWriter, world_from_dome: np.ndarray) -> None:
+    add_dome(plane, world_from_dome)
+    check(render(plane.write()), ALBEDO * mean_over_cosines(world_from_dome))
 
 
 def test_exposure_and_emission_of_both_sides(tmp_path: Path) -> None:

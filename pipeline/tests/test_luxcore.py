@@ -11,6 +11,7 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 from scene_writer import SceneWriter, camera, constant_material, light, look_down, pointing_down
+from turned_dome import TURNS, add_dome, look_at_it, mean_over_cosines, seen
 
 CACHE = Path(os.environ.get("KILAUEA_CACHE", Path.home() / ".cache/kilauea"))
 PYTHON = Path(os.environ.get("KILAUEA_LUXCORE_PYTHON", CACHE / "luxcore-env/bin/python"))
@@ -87,37 +88,27 @@ def test_every_engine_finds_what_shines_to_both_sides(
     np.testing.assert_allclose(mean, ALBEDO * covered * np.array([4.0, 2.0, 1.0]), rtol=0.02)
 
 
-def test_screen_window_and_dome_orientation(tmp_path: Path) -> None:
-    """The camera looks along +z, at the middle of the dome's image, and its right is -x."""
+@TURNS
+def test_dome_and_screen_window_are_where_usd_puts_them(
+    tmp_path: Path, world_from_dome: np.ndarray
+) -> None:
     writer = SceneWriter(tmp_path)
-    turned = np.diag([-1.0, 1.0, -1.0, 1.0])
-    writer.record["camera"] = camera(turned, screen_window=[-0.5, -0.5, 0.5, 0.5])
-    # Lowest row first: red above the middle and to the left of it.
-    texels = np.zeros((16, 32, 3), np.float32)
-    texels[8:, :16, 0] = 1.0
-    dome = light({"type": "dome"}, np.eye(4), texture=writer.texture((0, texels)))
-    writer.record["lights"] = [dome]
-    writer.record["settings"] |= {"samples_per_pixel": 64}
-    image = render(writer.write())
-    corners = {(y, x): float(image[y, x, 0]) for y in (1, 6) for x in (1, 6)}
-    assert corners == pytest.approx(dome_seen_at_corners(texels), abs=0.05)
-    # Its sums of ones round as its threads happen to share samples out.
-    assert {round(value, 6) for value in corners.values()} == {0.0, 1.0}
+    add_dome(writer, world_from_dome)
+    look_at_it(writer)
+    np.testing.assert_allclose(render(writer.write()), seen(world_from_dome), atol=0.02)
 
 
-def dome_seen_at_corners(texels: np.ndarray) -> dict[tuple[int, int], float]:
-    """Look the dome up by USD's rule: the middle is +z, and +x lies to the left of it."""
-    height, width, _ = texels.shape
-    seen = {}
-    for y in (1, 6):
-        for x in (1, 6):
-            right, up = (x + 0.5) / 8.0 - 0.5, 0.5 - (y + 0.5) / 8.0
-            direction = np.array([-right, up, 1.0])
-            direction /= np.linalg.norm(direction)
-            s = 0.5 - math.atan2(direction[0], direction[2]) / (2.0 * math.pi)
-            t = 1.0 - math.acos(direction[1]) / math.pi
-            seen[y, x] = float(texels[int(t * height), int(s * width), 0])
-    return seen
+@TURNS
+@pytest.mark.parametrize("engine", ["path", "bidir"])
+def test_dome_lights_from_where_it_is_seen(
+    tmp_path: Path, engine: str, world_from_dome: np.ndarray
+) -> None:
+    writer = SceneWriter(tmp_path)
+    writer.record["materials"] = [constant_material("Matte", albedo=[ALBEDO] * 3)]
+    writer.floor()
+    add_dome(writer, world_from_dome)
+    mean = render(writer.write(), "--engine", engine).reshape(-1, 3).mean(axis=0)
+    np.testing.assert_allclose(mean, ALBEDO * mean_over_cosines(world_from_dome), rtol=0.01)
 
 
 def test_mirror_reflects_its_tint(tmp_path: Path) -> None:
