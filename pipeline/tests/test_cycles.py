@@ -399,7 +399,7 @@ def test_dome_is_where_usd_puts_it(tmp_path: Path, world_from_dome: np.ndarray) 
     writer = SceneWriter(tmp_path)
     add_dome(writer, world_from_dome)
     look_at_it(writer)
-    np.testing.assert_allclose(render(writer.write()), seen(world_from_dome), atol=0.02)
+    np.testing.assert_allclose(render(writer.write()), seen(world_from_dome), atol=0.005)
 
 
 @TURNS
