@@ -30,6 +30,9 @@ def render_properties(
         "sampler.type": "SOBOL",
         "sampler.sobol.adaptive.strength": 0.0,
         "path.clamping.variance.maxvalue": 0.0,
+        # No roulette: it counts in the weights of samples of lights, but not in those of paths that
+        # meet lights by chance, so that together they have more than one.
+        "path.russianroulette.cap": 1.0,
         "film.width": raster.width,
         "film.height": raster.height,
         "film.filter.type": "NONE",

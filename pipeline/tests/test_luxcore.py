@@ -140,6 +140,17 @@ def test_depth_counts_as_ours(tmp_path: Path, max_depth: int) -> None:
         assert 1.2 * direct < mean < 1.8 * direct
 
 
+@pytest.mark.parametrize("engine", ["path", "hybrid", "bidir"])
+def test_late_bounces_bring_no_more_than_their_light(tmp_path: Path, engine: str) -> None:
+    """A closed box that sends out a fifth and reflects the rest has a radiance of one."""
+    writer = SceneWriter(tmp_path)
+    inputs = {"useSpecularWorkflow": 1.0, "emissiveColor": [0.2] * 3}
+    writer.inward_box(constant_material("UsdPreviewSurface", diffuseColor=[0.8] * 3, **inputs))
+    writer.record["settings"] |= {"max_depth": 32, "samples_per_pixel": 256}
+    mean = float(render(writer.write(), "--engine", engine).mean())
+    assert mean == pytest.approx(1.0 - 0.8**33, rel=0.01)
+
+
 def direct_light_of_a_wall() -> float:
     """Average what a lamp in the middle gives a wall at distance one, over the wall."""
     x, y = np.meshgrid(*[(np.arange(8) + 0.5) / 4.0 - 1.0] * 2)
