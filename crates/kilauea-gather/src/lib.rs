@@ -31,5 +31,5 @@ pub use directions::Directions;
 pub use field::GatherField;
 pub use forecast::forecast;
 pub use lobe::Lobe;
-pub use picture::{PathError, PictureEstimate, PictureSample};
+pub use picture::{PathError, PictureEstimate, PictureSample, SquaredDifference};
 pub use record::{Arrival, GatherRecord};

@@ -39,6 +39,15 @@ const LEAST_LUMINANCE: f32 = 0.1;
 /// single one decides.
 pub(crate) const MAX_RELATIVE_SQ: f32 = 25.0;
 
+/// What two kinds of samples are expected to differ by, squared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SquaredDifference {
+    /// By chance it may be less than zero.
+    pub value: f64,
+    /// Of the value.
+    pub standard_error: f64,
+}
+
 impl PictureEstimate {
     /// Fits to samples of pixels from `min` up to and without `max`. None where nothing is seen.
     pub fn fit(min: [i32; 2], max: [i32; 2], samples: &[PictureSample]) -> Option<Self> {
@@ -89,7 +98,11 @@ impl PictureEstimate {
     /// Squared difference of what is expected of two kinds of samples relative to the picture, each two
     /// after each other of one pixel, which they have in common; none without any. Without bias, so
     /// that it may be less than zero: the differences of each pair are multiplied, which are independent.
-    pub fn squared_difference(&self, a: &[PictureSample], b: &[PictureSample]) -> Option<f64> {
+    pub fn squared_difference(
+        &self,
+        a: &[PictureSample],
+        b: &[PictureSample],
+    ) -> Option<SquaredDifference> {
         let pairs = a.chunks_exact(2).zip(b.chunks_exact(2));
         let n_pairs = pairs.len() as f64;
         let product = |(a, b): (&[PictureSample], &[PictureSample])| {
@@ -97,12 +110,19 @@ impl PictureEstimate {
             let [first, second] = [0, 1].map(|i| (a[i].luminance - b[i].luminance) * per_luminance);
             f64::from(first * second)
         };
-        let sum: f64 = pairs
+        let [sum, sum_of_squares] = pairs
             .map(product)
             .filter(|product| product.is_finite())
             .map(|product| product.clamp(-f64::from(MAX_RELATIVE_SQ), MAX_RELATIVE_SQ.into()))
-            .sum();
-        (n_pairs > 0.0).then(|| sum / n_pairs)
+            .fold([0.0, 0.0], |[sum, sq], x| [sum + x, sq + x * x]);
+        (n_pairs > 0.0).then(|| {
+            let value = sum / n_pairs;
+            let variance = (sum_of_squares / n_pairs - value * value).max(0.0);
+            SquaredDifference {
+                value,
+                standard_error: (variance / n_pairs).sqrt(),
+            }
+        })
     }
 
     /// What a luminance of one is relative to the picture at a pixel.

@@ -10,7 +10,7 @@ use kilauea_scene::Aim;
 
 use crate::RenderError;
 use crate::frame::Frame;
-use crate::light::{CausticRay, Emitter};
+use crate::light::{Emitter, UsefulRay};
 use crate::needs::moves;
 use crate::photon::{PhotonRequest, TracedArrivals, trace_arrivals};
 use crate::stats::AimStats;
@@ -74,7 +74,7 @@ impl Frame {
         let (_, mut rays) = bright(&pilot, least_radiance);
         let mut traced = vec![pilot];
         let mut field = None;
-        if rays.len() >= CausticRay::MIN_TO_BOUND {
+        if rays.len() >= UsefulRay::MIN_TO_BOUND {
             let (mut arrivals, mut sent_out) = (Vec::new(), 0.0);
             for (round, share) in (1..).zip(ROUND_SHARES) {
                 let emitter = emitter.aimed_by(&rays);
@@ -123,7 +123,7 @@ fn variance_by_chance(arrivals: &[GatherRecord], area: f64) -> f64 {
 }
 
 /// Arrivals of light of at least that radiance, and how it left.
-fn bright(traced: &TracedArrivals, least_radiance: f64) -> (Vec<GatherRecord>, Vec<CausticRay>) {
+fn bright(traced: &TracedArrivals, least_radiance: f64) -> (Vec<GatherRecord>, Vec<UsefulRay>) {
     let is_bright = |record: &GatherRecord| {
         let arrival = &record.arrival;
         f64::from(arrival.irradiance * arrival.pdf) >= least_radiance

@@ -185,6 +185,9 @@ pub struct AimStats {
 pub struct FinalGatherStats {
     /// Paths that lights sent out, those of the pilot among them.
     pub emitted: u64,
+    /// Of the light of photons that were sent everywhere, the share that arrives where irradiance
+    /// is looked up. Where it is little, light is aimed there.
+    pub seen: f64,
     /// Photons kept of those that were looked up last.
     pub photons: u64,
     /// Places of which irradiance is known.

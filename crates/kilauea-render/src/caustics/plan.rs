@@ -90,7 +90,7 @@ impl<'a> CausticPlan<'a> {
             let traced = trace_photons_shared(prepared, &request, share)?;
             frame.lock_outcome().add_photons(&traced);
             // Nobody has told how many aimed paths leave photons.
-            let emitter = emitter.aimed_by(&traced.caustic_rays);
+            let emitter = emitter.aimed_by(&traced.useful_rays);
             return Ok(Ok(plan(emitter, radius, 1.0)));
         }
 
@@ -104,7 +104,7 @@ impl<'a> CausticPlan<'a> {
         if let Some(reason) = benefit.why_no_caustics() {
             return Ok(Err(vec![reason]));
         }
-        let emitter = emitter.aimed_by(&traced.caustic_rays);
+        let emitter = emitter.aimed_by(&traced.useful_rays);
 
         // How dense are they then?
         let request = PhotonRequest {

@@ -30,7 +30,7 @@ const N_NEAREST: NonZeroUsize = NonZeroUsize::new(50).expect("not zero");
 const PHOTONS_PER_RECORD: NonZeroUsize = NonZeroUsize::new(4).expect("not zero");
 /// Which photons count for a record. Stricter than for pictures of photons: the inside of a lamp or of
 /// a cupboard may lie a little behind what is seen, and be much brighter or darker.
-const ON_ONE_SURFACE: DensityRule = DensityRule {
+pub(super) const ON_ONE_SURFACE: DensityRule = DensityRule {
     kernel: Kernel::Epanechnikov,
     min_cos_normals: 0.9,
     max_plane_distance: 0.03,
@@ -43,13 +43,14 @@ impl IrradianceCache {
     /// Of the photons of so many paths that leave lights; none where there are no photons.
     pub(super) fn trace(
         frame: &Frame,
+        emitter: &Emitter<'_>,
         n_emitted: u32,
         seed: u32,
     ) -> Result<Option<Self>, RenderError> {
         let n_batches = n_emitted.div_ceil(BATCH);
         let (mut photons, mut n_rays) = (Vec::new(), 0);
         for batch in 0..n_batches {
-            let traced = trace_batch(frame, n_emitted / n_batches, combine(seed, batch))?;
+            let traced = trace_batch(frame, emitter, n_emitted / n_batches, combine(seed, batch))?;
             let of_all = |photon: Photon| Photon {
                 power: photon.power / n_batches as f32,
                 ..photon
@@ -59,7 +60,7 @@ impl IrradianceCache {
         }
         let start = Instant::now();
         let map = PhotonMap::build(&photons);
-        let max_radius = max_radius(frame, map.len());
+        let max_radius = farthest_of_record(emitter, map.len());
         let radius = RadiusRule::Nearest {
             k: N_NEAREST,
             max_radius,
@@ -93,27 +94,43 @@ impl IrradianceCache {
     }
 }
 
-fn trace_batch(frame: &Frame, n_emitted: u32, seed: u32) -> Result<TracedPhotons, RenderError> {
-    let settings = &frame.settings;
-    let request = PhotonRequest {
-        n_emitted,
-        // With the vertex that looks up and the one before, light is scattered as often as paths
-        // scatter it.
-        max_depth: settings.max_depth - 1,
-        seed: combine(settings.seed, seed),
-        n_threads: frame.n_threads,
-        shading: settings.shading,
-    };
-    let traced = trace_irradiance(&frame.prepared, &request, frame.path_share())?;
-    let mut outcome = frame.lock_outcome();
-    outcome.add_photons(&traced);
-    outcome.final_gather.emitted += traced.counts.emitted;
+fn trace_batch(
+    frame: &Frame,
+    emitter: &Emitter<'_>,
+    n_emitted: u32,
+    seed: u32,
+) -> Result<TracedPhotons, RenderError> {
+    let request = frame.irradiance_request(n_emitted, seed);
+    let traced = trace_irradiance(&frame.prepared, emitter, &request, frame.path_share())?;
+    frame.note_irradiance(&traced);
     Ok(traced)
 }
 
-fn max_radius(frame: &Frame, n_photons: usize) -> f32 {
-    let prepared = &frame.prepared;
-    let emitter = Emitter::new(&prepared.lights, &prepared.geometry, &prepared.textures);
+impl Frame {
+    /// So many paths of light whose photons are irradiance.
+    pub(super) fn irradiance_request(&self, n_emitted: u32, seed: u32) -> PhotonRequest {
+        let settings = &self.settings;
+        PhotonRequest {
+            n_emitted,
+            // With the vertex that looks up and the one before, light is scattered as often as
+            // paths scatter it.
+            max_depth: settings.max_depth - 1,
+            seed: combine(settings.seed, seed),
+            n_threads: self.n_threads,
+            shading: settings.shading,
+        }
+    }
+
+    /// Counts paths of light.
+    pub(super) fn note_irradiance(&self, traced: &TracedPhotons) {
+        let mut outcome = self.lock_outcome();
+        outcome.add_photons(traced);
+        outcome.final_gather.emitted += traced.counts.emitted;
+    }
+}
+
+/// How far photons of a record are at most, where there are so many in a scene.
+pub(super) fn farthest_of_record(emitter: &Emitter<'_>, n_photons: usize) -> f32 {
     // By Cauchy, what is convex has four times the area of its mean shadow.
     let area = 4.0 * emitter.mean_cross_section();
     let disc = area * N_NEAREST.get() as f32 / n_photons.max(1) as f32;

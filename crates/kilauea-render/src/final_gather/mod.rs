@@ -2,6 +2,7 @@
 //! meet a second rough surface (Jensen 1996, "Global Illumination using Photon Maps"; Christensen 1999,
 //! "Faster Photon Map Global Illumination").
 
+mod aim;
 mod irradiance;
 mod plan;
 mod trial;

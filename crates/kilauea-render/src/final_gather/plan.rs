@@ -11,7 +11,9 @@ use crate::prepared::PreparedScene;
 
 /// Paths of light for each path of a frame: measured, see decision 027.
 const PHOTON_SHARE: f64 = 1.0 / 16.0;
-/// Of these, those by which it is told whether the others pay.
+/// Of these, those that tell where the others are to be sent.
+const SCOUT_SHARE: f64 = 1.0 / 16.0;
+/// Those by which it is told whether the others pay.
 const PILOT_SHARE: f64 = 1.0 / 4.0;
 /// A frame for which fewer were to be traced goes without.
 const LEAST_PHOTONS: f64 = 4096.0;
@@ -20,6 +22,7 @@ const MOST_PHOTONS: f64 = (1 << 21) as f64;
 /// The same where a time limit may leave most samples untaken.
 const MOST_IN_LIMITED_TIME: f64 = (1 << 18) as f64;
 /// Apart from all seeds of pictures.
+const SCOUT_SEED: u32 = 0x6667_6132;
 const PILOT_SEED: u32 = 0x6667_6130;
 const CACHE_SEED: u32 = 0x6667_6131;
 /// Paths that find all light by themselves are left for others that are at least so much more efficient.
@@ -62,8 +65,11 @@ impl Frame {
             Some(_) => n_asked.min(MOST_IN_LIMITED_TIME),
             None => n_asked.min(MOST_PHOTONS),
         };
-        let trace =
-            |share: f64, seed| IrradianceCache::trace(self, (share * n_emitted) as u32, seed);
+        let emitter =
+            self.aimed_emitter(SCOUT_SHARE, (SCOUT_SHARE * n_emitted) as u32, SCOUT_SEED)?;
+        let trace = |share: f64, seed| {
+            IrradianceCache::trace(self, &emitter, (share * n_emitted) as u32, seed)
+        };
         let no_photons = || Ok(Err("no photons arrive at diffuse surfaces".to_owned()));
         if !is_forced {
             let Some(pilot) = trace(PILOT_SHARE, PILOT_SEED)? else {
@@ -117,7 +123,7 @@ impl Frame {
         let gain = benefit.gain(PILOT_SHARE);
         let found = &mut self.lock_outcome().final_gather;
         found.gain = gain;
-        found.squared_bias = benefit.squared_bias;
+        found.squared_bias = benefit.squared_bias.value;
         let pays = gain >= LEAST_GAIN;
         Ok((!pays).then(|| format!("by a trial it would make paths {gain:.2} times as efficient")))
     }

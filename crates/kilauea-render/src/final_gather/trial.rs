@@ -1,6 +1,6 @@
 //! A trial: all samples of a few pixels, by paths that look irradiance up and by others.
 
-use kilauea_gather::PictureEstimate;
+use kilauea_gather::{PictureEstimate, SquaredDifference};
 
 use super::IrradianceCache;
 use crate::RenderError;
@@ -25,7 +25,7 @@ pub(super) struct Benefit {
     /// Variance of a pixel with it.
     variance: f64,
     /// Squared difference of what is expected of a pixel.
-    pub(super) squared_bias: f64,
+    pub(super) squared_bias: SquaredDifference,
     /// Time of paths over that without.
     relative_cost: f64,
     /// Time of photons over that of paths without.
@@ -36,10 +36,15 @@ impl Benefit {
     /// Efficiency with `1 / share` times the photons, over that without.
     ///
     /// Records are of as many photons then, and their discs smaller by that share: so is the part of
-    /// the picture near edges where they lack light. What is blurred falls faster, and the error by
-    /// chance as so many more records are looked up.
+    /// the picture near edges. What is blurred falls faster, and the error by chance as so many more
+    /// records are looked up.
     pub(super) fn gain(&self, share: f64) -> f64 {
-        let squared_bias = self.squared_bias.max(0.0) * share;
+        // Where light is hard to find, bias that there is not looks like much by chance.
+        let SquaredDifference {
+            value,
+            standard_error,
+        } = self.squared_bias;
+        let squared_bias = (value - standard_error).max(0.0) * share;
         // To look up what would be found by chance takes variance away, and records of fifty photons add
         // some hundredths of it. Where it seems to grow, plain paths had bright samples that were cut off,
         // or have not had them yet.

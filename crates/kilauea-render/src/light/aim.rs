@@ -1,8 +1,8 @@
-//! Light aimed at what throws caustics, as earlier photons found it (in place of the projection maps
-//! of Jensen 1996).
+//! Light aimed where it is of use, as earlier photons found it: at what throws caustics (in place of the
+//! projection maps of Jensen 1996), or at what lights the picture.
 //!
-//! Of light from finite sources, the direction decides whether it meets glass or a mirror, of light
-//! from infinity the place. A share of either is left as it was, so that what no earlier photon met
+//! Of light from finite sources, the direction decides what it meets, of light from infinity the
+//! place. A share of either is left as it was, so that what no earlier photon met
 //! is still found; the density of photons is that of the mixture.
 
 use kilauea_gather::{Arrival, DirectionTree};
@@ -12,16 +12,16 @@ use super::light_choice::LightChoice;
 use super::lit_box::LitBox;
 use super::places::Places;
 
-/// How the light of a caustic photon left.
+/// How the light of a photon left that is of use.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct CausticRay {
+pub(crate) struct UsefulRay {
     /// Number of the light.
     pub(crate) light: u32,
     /// Unit direction in which it left.
     pub(crate) dir: Vec3,
     /// The first surface that it met.
     pub(crate) p_met: Vec3,
-    /// Luminance of the photon's power.
+    /// Luminance of the photon's power, or of its share in what is looked for.
     pub(crate) luminance: f32,
     /// Density with which it was emitted.
     pub(crate) density: f32,
@@ -43,11 +43,11 @@ const CHOSEN_SHARE: f32 = 0.5;
 
 impl Target {
     /// What light of one source met, whether that is at infinity or not.
-    pub(super) fn of(rays: &[CausticRay], is_infinite: bool) -> Self {
+    pub(super) fn of(rays: &[UsefulRay], is_infinite: bool) -> Self {
         let least = if is_infinite {
-            CausticRay::MIN_TO_BOUND
+            UsefulRay::MIN_TO_BOUND
         } else {
-            CausticRay::MIN_TO_AIM
+            UsefulRay::MIN_TO_AIM
         };
         if rays.len() < least {
             return Self::Anywhere;
@@ -55,7 +55,7 @@ impl Target {
         if is_infinite {
             return Places::of(rays).map_or(Self::Anywhere, Self::Places);
         }
-        let arrivals: Vec<Arrival> = rays.iter().map(CausticRay::arrival).collect();
+        let arrivals: Vec<Arrival> = rays.iter().map(UsefulRay::arrival).collect();
         DirectionTree::fit(&arrivals).map_or(Self::Anywhere, Self::Directions)
     }
 
@@ -108,7 +108,7 @@ impl Target {
     }
 }
 
-impl CausticRay {
+impl UsefulRay {
     /// Fewer do not tell where to aim the light of their source.
     pub(crate) const MIN_TO_AIM: usize = 16;
     /// Fewer do not tell around what light from infinity is aimed.
@@ -124,14 +124,14 @@ impl CausticRay {
     }
 }
 
-/// A choice among lights that is drawn toward those whose light throws caustics; `source` is which
+/// A choice among lights that is drawn toward those whose light is of use; `source` is which
 /// of so many sources a light belongs to.
-pub(super) fn choice_by_caustics(
+pub(super) fn choice_by_use(
     choice: &LightChoice,
     n_lights: u32,
     n_sources: usize,
     source: impl Fn(u32) -> usize,
-    rays: &[CausticRay],
+    rays: &[UsefulRay],
 ) -> LightChoice {
     let probabilities = (0..n_lights).map(|light| (source(light), choice.probability(light)));
     let emitted = shares(n_sources, probabilities);

@@ -10,7 +10,7 @@ use kilauea_accel::{Ray, Visibility};
 use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_texture::TextureStore;
 
-use super::aim::{CausticRay, Target, choice_by_caustics};
+use super::aim::{Target, UsefulRay, choice_by_use};
 use super::light_choice::LightChoice;
 use super::lit_box::LitBox;
 use super::{InfiniteLight, Lights, Receiver};
@@ -110,8 +110,8 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// The same, with a share of the light aimed at what the light of earlier caustic photons met.
-    pub(crate) fn aimed_by(&self, rays: &[CausticRay]) -> Self {
+    /// The same, with a share of the light aimed at what the light of earlier photons met that were of use.
+    pub(crate) fn aimed_by(&self, rays: &[UsefulRay]) -> Self {
         let n_finite = self.sources().count();
         let n_sources = n_finite + self.lights.infinite.len();
         let n_lights = self.lights.len() as u32;
@@ -122,7 +122,7 @@ impl<'a> Emitter<'a> {
         let target = |(source, rays): (usize, &Vec<_>)| Target::of(rays, source >= n_finite);
         let source = |light| self.source(light);
         Self {
-            choice: choice_by_caustics(&self.choice, n_lights, n_sources, source, rays),
+            choice: choice_by_use(&self.choice, n_lights, n_sources, source, rays),
             targets: by_source.iter().enumerate().map(target).collect(),
             ..*self
         }

@@ -34,7 +34,7 @@ use std::f32::consts::PI;
 
 use crate::camera::eye;
 use crate::geometry::{Geometry, Interaction};
-pub(crate) use aim::CausticRay;
+pub(crate) use aim::UsefulRay;
 use area::AreaLight;
 use area_bvh::AreaBvh;
 use choose::PickedLight;

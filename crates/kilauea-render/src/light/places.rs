@@ -2,7 +2,7 @@
 
 use kilauea_math::{Bounds3, Vec2, Vec3};
 
-use super::aim::CausticRay;
+use super::aim::UsefulRay;
 use super::lit_box::LitBox;
 
 /// Boxes around what earlier light met, each with a share of the light.
@@ -28,10 +28,10 @@ const WHOLE_SHARE: f32 = 0.25;
 
 impl Places {
     /// Where rays met something first; none where that is nowhere.
-    pub(super) fn of(rays: &[CausticRay]) -> Option<Self> {
+    pub(super) fn of(rays: &[UsefulRay]) -> Option<Self> {
         let mut rays = rays.to_vec();
         let whole = box_around(&rays)?;
-        let least = CausticRay::MIN_TO_AIM.max(rays.len().div_ceil(MAX_BOXES));
+        let least = UsefulRay::MIN_TO_AIM.max(rays.len().div_ceil(MAX_BOXES));
         let mut parts = Vec::new();
         divide(&mut rays, least, &mut parts);
         let total: f32 = parts.iter().map(|part| part.share).sum();
@@ -74,7 +74,7 @@ impl Places {
 
 /// Boxes around halves of halves of the rays, of `least` rays each or more; each has the luminance
 /// of its rays for its share.
-fn divide(rays: &mut [CausticRay], least: usize, boxes: &mut Vec<Place>) {
+fn divide(rays: &mut [UsefulRay], least: usize, boxes: &mut Vec<Place>) {
     if rays.len() < 2 * least {
         boxes.extend(box_around(rays).map(|bounds| Place {
             bounds,
@@ -91,7 +91,7 @@ fn divide(rays: &mut [CausticRay], least: usize, boxes: &mut Vec<Place>) {
     divide(second, least, boxes);
 }
 
-fn box_around(rays: &[CausticRay]) -> Option<LitBox> {
+fn box_around(rays: &[UsefulRay]) -> Option<LitBox> {
     let met = Bounds3::from_points(rays.iter().map(|ray| ray.p_met));
     let growth = BOX_GROWTH * met.diagonal();
     LitBox::new(Bounds3 {
@@ -106,10 +106,10 @@ mod tests {
     use kilauea_math::hash::{combine, unit_f32};
 
     /// Rays that met one of two small squares, far apart.
-    fn rays(n: u32) -> Vec<CausticRay> {
+    fn rays(n: u32) -> Vec<UsefulRay> {
         let ray = |i| {
             let x = if i % 2 == 0 { 0.0 } else { 100.0 };
-            CausticRay {
+            UsefulRay {
                 light: 0,
                 dir: -Vec3::Y,
                 p_met: Vec3::new(x + unit_f32(combine(i, 1)), 0.0, unit_f32(combine(i, 2))),

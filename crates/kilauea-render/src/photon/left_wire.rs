@@ -6,7 +6,7 @@ use kilauea_spot::{Wire, WireError};
 
 use super::PhotonCounts;
 use super::tracer::LeftPhotons;
-use crate::light::CausticRay;
+use crate::light::UsefulRay;
 use crate::wire::{put_list, put_record, put_vec, take_list, take_record, take_vec};
 
 const GLOBAL: u8 = 0;
@@ -16,7 +16,7 @@ impl Wire for LeftPhotons {
     fn encode(&self, bytes: &mut Vec<u8>) {
         put_list(&self.photons, put_photon, bytes);
         self.brightest.encode(bytes);
-        put_list(&self.caustic_rays, put_caustic_ray, bytes);
+        put_list(&self.useful_rays, put_useful_ray, bytes);
         put_list(&self.arrivals, put_record, bytes);
         self.sent_out.encode(bytes);
         let PhotonCounts {
@@ -44,7 +44,7 @@ impl Wire for LeftPhotons {
         Ok(Self {
             photons: take_list(take_photon, bytes)?,
             brightest: f32::decode(bytes)?,
-            caustic_rays: take_list(take_caustic_ray, bytes)?,
+            useful_rays: take_list(take_useful_ray, bytes)?,
             arrivals: take_list(take_record, bytes)?,
             sent_out: f64::decode(bytes)?,
             counts: PhotonCounts {
@@ -95,15 +95,15 @@ fn take_photon(bytes: &mut &[u8]) -> Result<Photon, WireError> {
     })
 }
 
-fn put_caustic_ray(ray: &CausticRay, bytes: &mut Vec<u8>) {
+fn put_useful_ray(ray: &UsefulRay, bytes: &mut Vec<u8>) {
     ray.light.encode(bytes);
     put_vec(ray.dir, bytes);
     put_vec(ray.p_met, bytes);
     [ray.luminance, ray.density].encode(bytes);
 }
 
-fn take_caustic_ray(bytes: &mut &[u8]) -> Result<CausticRay, WireError> {
-    Ok(CausticRay {
+fn take_useful_ray(bytes: &mut &[u8]) -> Result<UsefulRay, WireError> {
+    Ok(UsefulRay {
         light: u32::decode(bytes)?,
         dir: take_vec(bytes)?,
         p_met: take_vec(bytes)?,
@@ -133,7 +133,7 @@ mod tests {
         LeftPhotons {
             photons: vec![photon(1, PhotonClass::Global), photon(2, caustic)],
             brightest: 2.5,
-            caustic_rays: vec![CausticRay {
+            useful_rays: vec![UsefulRay {
                 light: 3,
                 dir: Vec3::X,
                 p_met: Vec3::NEG_Z,
@@ -173,7 +173,7 @@ mod tests {
         let LeftPhotons {
             photons,
             brightest,
-            caustic_rays,
+            useful_rays,
             arrivals,
             sent_out,
             counts,
@@ -182,8 +182,8 @@ mod tests {
         assert_eq!(read.brightest, brightest);
         assert_eq!((read.sent_out, read.counts), (sent_out, counts));
         assert_eq!(
-            format!("{:?}", read.caustic_rays),
-            format!("{caustic_rays:?}")
+            format!("{:?}", read.useful_rays),
+            format!("{useful_rays:?}")
         );
         for end in 0..bytes.len() {
             let cut = LeftPhotons::decode(&mut &bytes[..end]);

@@ -36,6 +36,7 @@ pub(crate) use scatter::adjoint_pdf;
 pub use trace::{PhotonRequest, TracedPhotons, trace_photons};
 pub(crate) use trace::{
     TracedArrivals, trace_arrivals, trace_caustic_photons, trace_irradiance, trace_photons_shared,
+    trace_scouts,
 };
 
 /// Roughness from which on a surface keeps photons, and below which scattering is specular for the

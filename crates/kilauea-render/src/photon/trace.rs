@@ -9,7 +9,7 @@ use super::tracer::{LeftPhotons, PhotonTracer};
 use crate::RenderError;
 use crate::follow::{PATHS_PER_BLOCK, Workforce, follow_some};
 use crate::integrator::{Air, Blame, Media, MediumStack, RayTracer};
-use crate::light::{CausticRay, Emitter};
+use crate::light::{Emitter, UsefulRay};
 use crate::prepared::PreparedScene;
 use crate::sampler::SamplerTables;
 use crate::share::{PathKind, PathPass, PathShare, follow_shared};
@@ -34,8 +34,10 @@ pub struct PhotonRequest {
 pub(super) enum Kept {
     All,
     Caustic,
-    /// What diffuse lobes receive, where there are any.
-    Irradiance,
+    /// What diffuse lobes receive, where there are any; of scouts, also how their light left.
+    Irradiance {
+        scouts: bool,
+    },
     /// None, but how light arrives over mirrors, refraction and narrow lobes alone.
     Arrivals,
 }
@@ -45,7 +47,7 @@ impl Kept {
         match self {
             Self::All => PathKind::Photons,
             Self::Caustic => PathKind::CausticPhotons,
-            Self::Irradiance => PathKind::Irradiance,
+            Self::Irradiance { .. } => PathKind::Irradiance,
             Self::Arrivals => PathKind::Arrivals,
         }
     }
@@ -62,8 +64,8 @@ pub struct TracedPhotons {
     pub counts: PhotonCounts,
     /// How long that took.
     pub seconds: f64,
-    /// How the light of the caustic ones left, where all were kept.
-    pub(crate) caustic_rays: Vec<CausticRay>,
+    /// How the light left of the caustic ones where all were kept, or of each scout.
+    pub(crate) useful_rays: Vec<UsefulRay>,
 }
 
 /// How light arrives over mirrors, refraction and narrow lobes alone.
@@ -72,7 +74,7 @@ pub(crate) struct TracedArrivals {
     /// In the order of their paths.
     pub(crate) arrivals: Vec<GatherRecord>,
     /// How their light left.
-    pub(crate) rays: Vec<CausticRay>,
+    pub(crate) rays: Vec<UsefulRay>,
     /// Luminance of the power that lights sent out, in watts.
     pub(crate) sent_out: f64,
     pub(crate) counts: PhotonCounts,
@@ -118,11 +120,23 @@ pub(crate) fn trace_caustic_photons(
 /// the radiance that diffuse lobes send on.
 pub(crate) fn trace_irradiance(
     prepared: &PreparedScene,
+    emitter: &Emitter<'_>,
     request: &PhotonRequest,
     share: Option<&dyn PathShare>,
 ) -> Result<TracedPhotons, RenderError> {
-    let emitter = Emitter::new(&prepared.lights, &prepared.geometry, &prepared.textures);
-    trace_kept(prepared, &emitter, request, Kept::Irradiance, share)
+    let kept = Kept::Irradiance { scouts: false };
+    trace_kept(prepared, emitter, request, kept, share)
+}
+
+/// As [`trace_irradiance`], with how the light of each photon left.
+pub(crate) fn trace_scouts(
+    prepared: &PreparedScene,
+    emitter: &Emitter<'_>,
+    request: &PhotonRequest,
+    share: Option<&dyn PathShare>,
+) -> Result<TracedPhotons, RenderError> {
+    let kept = Kept::Irradiance { scouts: true };
+    trace_kept(prepared, emitter, request, kept, share)
 }
 
 /// Traces how light arrives where paths can be aimed at it, from lights that may be aimed
@@ -137,7 +151,7 @@ pub(crate) fn trace_arrivals(
     for left in follow_photons(prepared, emitter, request, Kept::Arrivals, share)? {
         traced.counts.add(&left.counts);
         traced.arrivals.extend(left.arrivals);
-        traced.rays.extend(left.caustic_rays);
+        traced.rays.extend(left.useful_rays);
         traced.sent_out += left.sent_out;
     }
     Ok(traced)
@@ -160,7 +174,7 @@ fn trace_kept(
         traced.counts.add(&left.counts);
         traced.photons.extend(left.photons);
         traced.brightest = traced.brightest.max(left.brightest);
-        traced.caustic_rays.extend(left.caustic_rays);
+        traced.useful_rays.extend(left.useful_rays);
     }
     traced.seconds = start.elapsed().as_secs_f64();
     Ok(traced)

@@ -13,7 +13,7 @@ use super::trace::Kept;
 use super::{MIN_ROUGHNESS, PhotonCounts, PhotonRequest, is_specular};
 use crate::follow::Follow;
 use crate::integrator::{Aimed, Answer, Blame, MIN_GUIDED_ROUGHNESS, Media, Question, RayTracer};
-use crate::light::{CausticRay, EmittedPhoton, Emitter, Receiver};
+use crate::light::{EmittedPhoton, Emitter, Receiver, UsefulRay};
 use crate::needs::SceneNeeds;
 use crate::prepared::PreparedScene;
 use crate::sampler::{PixelSequence, Purpose, Sampler, SamplerTables};
@@ -41,8 +41,8 @@ pub(super) struct LeftPhotons {
     pub(super) photons: Vec<Photon>,
     /// Greatest channel of a valid photon's power, also of those that are kept elsewhere.
     pub(super) brightest: f32,
-    /// How the light of the caustic ones left, where all are kept.
-    pub(super) caustic_rays: Vec<CausticRay>,
+    /// How the light left of the caustic ones where all are kept, or of each that is to scout.
+    pub(super) useful_rays: Vec<UsefulRay>,
     /// What paths are aimed by, where that is all that is kept.
     pub(super) arrivals: Vec<GatherRecord>,
     /// Luminance of the power that lights sent out.
@@ -184,20 +184,21 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         if self.kept == Kept::Arrivals {
             if is_caustic && !path.emitted.is_delta && Aimed::aims_at(&seen) {
                 left.arrivals.push(path.arrival(vertex));
-                left.caustic_rays.push(path.caustic_ray());
+                left.useful_rays.push(path.useful_ray());
             }
             return self.scatter(path, vertex, &bsdf, &seen, sampler);
         }
-        if self.kept == Kept::Irradiance {
-            if !seen.diffuse_albedo().is_black() {
-                left.keep(path.received(vertex, number, &seen));
+        if let Kept::Irradiance { scouts } = self.kept {
+            let is_diffuse = !seen.diffuse_albedo().is_black();
+            if is_diffuse && left.keep(path.received(vertex, number, &seen)) && scouts {
+                left.useful_rays.push(path.useful_ray());
             }
             return self.scatter(path, vertex, &bsdf, &seen, sampler);
         }
         let is_kept = self.kept == Kept::All || is_caustic;
         if is_kept && seen.max_roughness() >= Some(MIN_ROUGHNESS) {
             if self.kept == Kept::All && is_caustic {
-                left.caustic_rays.push(path.caustic_ray());
+                left.useful_rays.push(path.useful_ray());
             }
             left.keep(path.photon(vertex, number));
         }
@@ -239,7 +240,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             path.history.reflected(scattered.pdf, reverse_pdf, cos_out)
         } else {
             match self.kept {
-                Kept::All | Kept::Irradiance => History::Scattered,
+                Kept::All | Kept::Irradiance { .. } => History::Scattered,
                 Kept::Caustic | Kept::Arrivals => return false,
             }
         };
@@ -254,7 +255,9 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
     /// narrow lobes are mirrors, whatever else the surface has: no weight depends on the class then.
     fn is_specular(&self, scattered: &ScatteredLight, seen: &SeenBsdf) -> bool {
         match self.kept {
-            Kept::All | Kept::Caustic | Kept::Irradiance => is_specular(scattered.is_delta, seen),
+            Kept::All | Kept::Caustic | Kept::Irradiance { .. } => {
+                is_specular(scattered.is_delta, seen)
+            }
             Kept::Arrivals => scattered.roughness < MIN_GUIDED_ROUGHNESS,
         }
     }
@@ -350,15 +353,15 @@ impl<M: Media> LightPath<M> {
         }
     }
 
-    /// How the light of a caustic photon left.
-    fn caustic_ray(&self) -> CausticRay {
+    /// How the light of a photon left.
+    fn useful_ray(&self) -> UsefulRay {
         let EmittedPhoton {
             light,
             density,
             ray,
             ..
         } = self.emitted;
-        CausticRay {
+        UsefulRay {
             light,
             dir: ray.dir,
             p_met: self.p_met,
@@ -386,15 +389,16 @@ impl LeftPhotons {
     pub(super) fn append(&mut self, next: Self) {
         self.photons.extend(next.photons);
         self.brightest = self.brightest.max(next.brightest);
-        self.caustic_rays.extend(next.caustic_rays);
+        self.useful_rays.extend(next.useful_rays);
         self.arrivals.extend(next.arrivals);
         self.sent_out += next.sent_out;
         self.counts.add(&next.counts);
     }
 
-    fn keep(&mut self, photon: Photon) {
+    /// Keeps a photon, unless it carries nothing.
+    fn keep(&mut self, photon: Photon) -> bool {
         if photon.power == Spectrum::BLACK {
-            return;
+            return false;
         }
         match photon.class {
             PhotonClass::Caustic { .. } => self.counts.stored_caustic += 1,
@@ -404,5 +408,6 @@ impl LeftPhotons {
             self.brightest = self.brightest.max(photon.power.max_channel());
         }
         self.photons.push(photon);
+        true
     }
 }

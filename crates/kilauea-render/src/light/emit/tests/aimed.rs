@@ -5,7 +5,7 @@ use kilauea_math::{Vec2, Vec3};
 use kilauea_testing::{Family, Moments, project, uniforms, welch_p};
 
 use super::cases::{Case, cases, emitter};
-use crate::light::{CausticRay, EmittedPhoton, Emitter};
+use crate::light::{EmittedPhoton, Emitter, UsefulRay};
 
 const N_DRAWS: u32 = 12_000;
 
@@ -38,10 +38,10 @@ fn first_ray(case: &Case) -> Ray {
 /// An emitter that is aimed at where the rays of some photons went.
 fn aimed<'a>(case: &'a Case, first: &Ray) -> Emitter<'a> {
     let plain = emitter(&case.prepared);
-    let rays: Vec<CausticRay> = (0..4_000)
+    let rays: Vec<UsefulRay> = (0..4_000)
         .filter_map(|i| emit(&plain, 51, i))
         .filter(|photon| is_near(case, &photon.ray, first))
-        .map(|photon| CausticRay {
+        .map(|photon| UsefulRay {
             light: photon.light,
             dir: photon.ray.dir,
             p_met: p_nearest(&photon.ray, first),
