@@ -193,6 +193,30 @@ fn each_member_keeps_its_part_of_the_photons() {
 }
 
 #[test]
+fn a_lookup_may_find_more_photons_than_a_reply_holds() {
+    let mut shot = divided(1).with(|s| {
+        s.resolution = [8, 4];
+        s.photons.emitted_per_sample = Some(600_000);
+        s.photons.radius = Some(8.0);
+    });
+    // The dome, most of whose light misses the glass.
+    shot.stage.lights.pop();
+    let alone = shot.alone();
+    let result = shot.start(options(2, 2, processes())).finish();
+    let result = result.expect("replies come in parts");
+    shot.check(&alone, &result, "many photons");
+    let set = result.frame.stats.set.expect("two members");
+    let lookups = set.rays.iter().find(|rays| rays.kind == "photons");
+    let lookups = lookups.expect("photons are looked up");
+    // Who asks finds some wherever the other member does.
+    let n_found_by_others = lookups.met / 2;
+    assert!(
+        lookups.bytes_from_members > n_found_by_others * 98_304 * 32,
+        "{lookups:?}"
+    );
+}
+
+#[test]
 fn the_successor_of_a_member_gets_its_part_of_the_photons() {
     let shot = divided(12);
     let alone = shot.alone();

@@ -270,7 +270,7 @@ fn lookup_bytes() -> Vec<u8> {
     bytes.extend(3_u32.to_le_bytes());
     bytes.push(1);
     bytes.extend([1.0_f32, 2.0].map(f32::to_le_bytes).concat());
-    for word in [0.5_f32, -1.0, 0.0, 1.0, 0.0] {
+    for word in [0.5_f32, -1.0, 0.0, 1.0, 0.0, 0.0] {
         bytes.push(0);
         bytes.extend(word.to_le_bytes());
     }

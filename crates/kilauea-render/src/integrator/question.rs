@@ -37,6 +37,9 @@ pub(crate) struct PhotonQuestion {
     pub(crate) pass: u32,
     /// Where.
     pub(crate) at: SurfaceQuery,
+    /// Those that a member has told of already, where it finds more than one reply has room for: the
+    /// first ones, as it always finds them in the same order.
+    pub(crate) n_told: u32,
 }
 
 /// The answer to a [`Question`] of the same kind.
@@ -159,11 +162,12 @@ impl Wire for Question {
                 tile.0.encode(bytes);
                 return;
             }
-            Self::Photons(PhotonQuestion { pass, at }) => {
+            Self::Photons(PhotonQuestion { pass, at, n_told }) => {
                 PHOTONS.encode(bytes);
                 pass.encode(bytes);
                 put_vec(at.p, bytes);
                 put_vec(at.n, bytes);
+                n_told.encode(bytes);
                 return;
             }
         };
@@ -187,7 +191,8 @@ impl Wire for Question {
                 let pass = u32::decode(bytes)?;
                 let (p, n) = (take_vec(bytes)?, take_vec(bytes)?);
                 let at = SurfaceQuery { p, n };
-                return Ok(Self::Photons(PhotonQuestion { pass, at }));
+                let n_told = u32::decode(bytes)?;
+                return Ok(Self::Photons(PhotonQuestion { pass, at, n_told }));
             }
             other => return Err(WireError::Variant(other)),
         }
@@ -334,7 +339,11 @@ mod tests {
             p: Vec3::new(1.0, -0.0, 3.0),
             n: Vec3::Y,
         };
-        check(&Question::Photons(PhotonQuestion { pass: 7, at }));
+        check(&Question::Photons(PhotonQuestion {
+            pass: 7,
+            at,
+            n_told: 9,
+        }));
         let photon =
             |i: u32| ArrivingPhoton::of_words([i as f32, 1e-40, 2.0, 3.0, -0.0, 5.0, 6.0, 7.0]);
         check(&Answer::Photons(None));

@@ -142,10 +142,13 @@ impl Answer {
     /// What two members' answers to the same question amount to. In whichever order answers are
     /// combined, the outcome is the same: no two hits are equal in distance, instance and primitive, and
     /// photons are added up in any order.
-    pub(super) fn or(self, other: Self) -> Self {
-        if let (Self::Photons(some), Self::Photons(others)) = (&self, &other) {
-            let all = some.as_ref().zip(others.as_ref());
-            return Self::Photons(all.map(|(some, others)| [&some[..], others].concat()));
+    pub(super) fn or(mut self, mut other: Self) -> Self {
+        if let (Self::Photons(some), Self::Photons(others)) = (&mut self, &mut other) {
+            let all = some.take().zip(others.take());
+            return Self::Photons(all.map(|(mut some, others)| {
+                some.extend(others);
+                some
+            }));
         }
         let is_first = match (&self, &other) {
             (Self::Occluded(is_occluded), _) => *is_occluded,
@@ -253,7 +256,7 @@ impl<'a> Asker<'a> {
     ) -> Result<Answer, RunError> {
         match (&self.set.members[number], &question) {
             (Member::Elsewhere(remote), _) => {
-                let asked = remote.ask(&[question])?;
+                let asked = remote.ask(vec![question])?;
                 let mut answers = asked.answers.into_iter();
                 Ok(answers
                     .next()

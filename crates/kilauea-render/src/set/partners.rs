@@ -44,7 +44,7 @@ pub(super) struct Asked {
 
 impl Remote {
     /// Asks a batch.
-    pub(super) fn ask(&self, questions: &[Question]) -> Result<Asked, RunError> {
+    pub(super) fn ask(&self, questions: Vec<Question>) -> Result<Asked, RunError> {
         ask_all(questions, self.packing, |batch| {
             let reply = self.partners.ask(self.number, batch);
             reply.map_err(|error| RunError::Unanswered {
@@ -75,22 +75,23 @@ impl PreparedScene {
     pub fn answer_batch(&self, batch: &[u8], packing: Packing) -> Result<Answered, WireError> {
         let questions = unpack(batch).and_then(|body| decode_questions(&body))?;
         if let Some(Question::Photons(_)) = questions.first() {
-            return self.answer_for_photons(questions, packing);
+            return Ok(self.answer_for_photons(questions, packing));
         }
         let blame = &Blame::default();
         // A surface that lets rays pass is asked for it wherever there is one.
-        let answered = if self.needs.cutouts || self.needs.nested_media {
-            let tracer = RayTracer::<true>::of_part(&self.geometry, &self.textures, blame);
-            answer_all(questions, packing, |question| {
-                tracer.answer_of_part(question)
-            })
-        } else {
-            let tracer = RayTracer::<false>::of_part(&self.geometry, &self.textures, blame);
-            answer_all(questions, packing, |question| {
-                tracer.answer_of_part(question)
-            })
-        };
-        answered.map(Answered::Now)
+        Ok(Answered::Now(
+            if self.needs.cutouts || self.needs.nested_media {
+                let tracer = RayTracer::<true>::of_part(&self.geometry, &self.textures, blame);
+                answer_all(questions, packing, |question| {
+                    tracer.answer_of_part(question)
+                })
+            } else {
+                let tracer = RayTracer::<false>::of_part(&self.geometry, &self.textures, blame);
+                answer_all(questions, packing, |question| {
+                    tracer.answer_of_part(question)
+                })
+            },
+        ))
     }
 
     /// Waits until a batch that asks for photons can be answered.
@@ -104,14 +105,10 @@ impl PreparedScene {
         }
     }
 
-    fn answer_for_photons(
-        &self,
-        questions: Vec<Question>,
-        packing: Packing,
-    ) -> Result<Answered, WireError> {
+    fn answer_for_photons(&self, questions: Vec<Question>, packing: Packing) -> Answered {
         let member = self.set.as_ref().and_then(|set| Some((set, set.own?)));
         let Some((set, own)) = member else {
-            return Ok(Answered::Never);
+            return Answered::Never;
         };
         let mut missing = None;
         let answered = answer_all(questions, packing, |question| {
@@ -125,7 +122,7 @@ impl PreparedScene {
                 Found::Closed => missing = Some(Answered::Never),
             }
             question.answer_of_nobody()
-        })?;
-        Ok(missing.unwrap_or(Answered::Now(answered)))
+        });
+        missing.unwrap_or(Answered::Now(answered))
     }
 }

@@ -129,8 +129,13 @@ impl PhotonParts {
         drop(state);
         let mut photons = Vec::new();
         if let Some(Some(map)) = parts.maps.get(member) {
+            let mut n_told = question.n_told;
             ArrivingPhoton::for_each(map, &question.at, parts.radius, |&photon| {
-                photons.push(photon);
+                if n_told > 0 {
+                    n_told -= 1;
+                } else {
+                    photons.push(photon);
+                }
             });
         }
         Found::Photons(Answer::Photons(Some(photons)))
@@ -173,7 +178,8 @@ mod tests {
             p: Vec3::ZERO,
             n: Vec3::Z,
         };
-        parts.look_up(1, &PhotonQuestion { pass, at })
+        let n_told = 0;
+        parts.look_up(1, &PhotonQuestion { pass, at, n_told })
     }
 
     fn has(parts: &PhotonParts, pass: u32) -> bool {

@@ -10,7 +10,7 @@ use super::member::Member;
 use super::partners::Asked;
 use super::traffic::{RayKind, Traffic};
 use super::wire::{
-    Packing, Replies, decode_answers, decode_questions, encode_questions, pack, unpack,
+    Packing, Replies, decode_answers, decode_questions, encode_questions, may_be_cut, pack, unpack,
 };
 use crate::integrator::{Answer, Blame, Question};
 
@@ -43,7 +43,7 @@ impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
         let member = &self.asker.set.members[number];
         if let Member::Elsewhere(remote) = member {
             let start = Instant::now();
-            let Asked { answers, n_bytes } = remote.ask(&questions)?;
+            let Asked { answers, n_bytes } = remote.ask(questions)?;
             self.traffic.count_batch(start.elapsed());
             return Ok((answers, n_bytes));
         }
@@ -56,7 +56,7 @@ impl<'a, const CUTOUTS: bool> SetParts<'a, CUTOUTS> {
         let Some(packing) = self.as_bytes else {
             return Ok((questions.into_iter().map(answer).collect(), [0; 2]));
         };
-        let asked = ask_all(&questions, packing, |request| {
+        let asked = ask_all(questions, packing, |request| {
             answer_bytes(&request, packing, answer).map_err(|error| malformed(&request, error))
         })?;
         Ok((asked.answers, asked.n_bytes))
@@ -152,7 +152,7 @@ where
 
 /// Has all questions answered, as bytes: again and again where one reply has no room for all photons.
 pub(super) fn ask_all(
-    questions: &[Question],
+    mut questions: Vec<Question>,
     packing: Packing,
     mut ask: impl FnMut(Vec<u8>) -> Result<Vec<u8>, RunError>,
 ) -> Result<Asked, RunError> {
@@ -160,15 +160,29 @@ pub(super) fn ask_all(
         answers: Vec::with_capacity(questions.len()),
         n_bytes: [0; 2],
     };
-    while all.answers.len() < questions.len() {
-        let rest = &questions[all.answers.len()..];
-        let request = pack(encode_questions(rest, packing), packing);
+    // Of the first question that is left, as far as it was told.
+    let mut told: Option<Answer> = None;
+    while !questions.is_empty() {
+        let request = pack(encode_questions(&questions, packing), packing);
         all.n_bytes[0] += request.len();
         let reply = ask(request)?;
         all.n_bytes[1] += reply.len();
-        let answers = unpack(&reply).and_then(|body| decode_answers(rest, body.into_owned()));
+        let answers = unpack(&reply).and_then(|body| decode_answers(&questions, body.into_owned()));
         let answers = answers.map_err(|source| malformed(&reply, source))?;
-        all.answers.extend(answers);
+        let is_cut = may_be_cut(&answers);
+        questions.drain(..answers.len() - usize::from(is_cut));
+        let with_told = answers.into_iter().map(|answer| match told.take() {
+            Some(told) => told.or(answer),
+            None => answer,
+        });
+        all.answers.extend(with_told);
+        if is_cut
+            && let Some(Question::Photons(lookup)) = questions.first_mut()
+            && let Some(Answer::Photons(Some(photons))) = all.answers.last()
+        {
+            lookup.n_told = photons.len() as u32;
+            told = all.answers.pop();
+        }
     }
     Ok(all)
 }
@@ -180,26 +194,80 @@ pub(super) fn answer_bytes(
     answer: impl FnMut(Question) -> Answer,
 ) -> Result<Vec<u8>, WireError> {
     let questions = unpack(request).and_then(|body| decode_questions(&body))?;
-    answer_all(questions, packing, answer)
+    Ok(answer_all(questions, packing, answer))
 }
 
 pub(super) fn answer_all(
     questions: Vec<Question>,
     packing: Packing,
     mut answer: impl FnMut(Question) -> Answer,
-) -> Result<Vec<u8>, WireError> {
+) -> Vec<u8> {
     let mut replies = Replies::default();
     for question in questions {
         if !replies.add(&answer(question)) {
             break;
         }
     }
-    Ok(pack(replies.encode(packing)?, packing))
+    pack(replies.encode(packing), packing)
 }
 
 pub(super) fn malformed(bytes: &[u8], source: WireError) -> RunError {
     RunError::Malformed {
         n_bytes: bytes.len(),
         source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::integrator::{ArrivingPhoton, PhotonQuestion};
+    use kilauea_math::Vec3;
+    use kilauea_photon::SurfaceQuery;
+
+    /// Photons that look-ups find: some fill replies to the last one, some take several, some are gone.
+    const FOUND: [Option<u32>; 9] = [
+        Some(3),
+        Some(250_000),
+        None,
+        Some(0),
+        Some(98_304),
+        Some(0),
+        None,
+        Some(196_608),
+        Some(1),
+    ];
+
+    fn lookup(i: u32) -> Question {
+        let p = Vec3::new(i as f32, 0.0, 0.0);
+        let at = SurfaceQuery { p, n: Vec3::Y };
+        let (pass, n_told) = (0, 0);
+        Question::Photons(PhotonQuestion { pass, at, n_told })
+    }
+
+    fn photons(question: Question) -> Answer {
+        let Question::Photons(PhotonQuestion { at, n_told, .. }) = question else {
+            panic!("{question:?}");
+        };
+        let i = at.p.x as usize;
+        let photon = |n: u32| ArrivingPhoton::of_words([n as f32; 8].map(|n| n + i as f32));
+        Answer::Photons(FOUND[i].map(|n| (n_told..n).map(photon).collect()))
+    }
+
+    #[test]
+    fn what_one_reply_has_no_room_for_comes_in_parts() {
+        let questions: Vec<Question> = (0..FOUND.len() as u32).map(lookup).collect();
+        let expected: Vec<Answer> = questions.iter().copied().map(photons).collect();
+        for packing in [Packing::Plain, Packing::Lz4] {
+            let mut n_replies = 0;
+            let asked = ask_all(questions.clone(), packing, |request| {
+                n_replies += 1;
+                answer_bytes(&request, packing, photons).map_err(|e| malformed(&request, e))
+            });
+            let asked = asked.expect("all are answered");
+            assert!(asked.answers == expected, "{packing:?}");
+            // 544,916 photons, and nothing but them where a reply is full.
+            assert_eq!(n_replies, 6, "{packing:?}");
+        }
     }
 }

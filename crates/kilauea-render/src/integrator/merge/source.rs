@@ -166,6 +166,7 @@ impl PhotonSource for PhotonsOfSet<'_> {
             reply: ask(Question::Photons(PhotonQuestion {
                 pass: self.pass,
                 at: lookup.query,
+                n_told: 0,
             })),
             query: lookup.query,
             bsdf: lookup.bsdf.clone(),

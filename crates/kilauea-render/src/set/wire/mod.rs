@@ -10,6 +10,7 @@ mod tests;
 
 pub use frame::Packing;
 pub(crate) use frame::{pack, unpack};
+pub(crate) use photons::may_be_cut;
 pub(crate) use rays::{decode_questions, encode_questions};
 pub(crate) use replies::{Replies, decode_answers};
 

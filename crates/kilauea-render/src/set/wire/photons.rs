@@ -1,9 +1,10 @@
 //! A batch of look-ups of photons, and what a member finds.
 //!
-//! Questions: after their count and kind, as for rays, columns of the number of the pass, place and
-//! normal (a word each). Answers: how many questions are answered (2 bytes), the first ones; a column of
-//! how many photons each found, all bits set where they are gone; then columns of power, direction,
-//! density and squared distance of all photons.
+//! Questions: after their count and kind, as for rays, columns of the number of the pass, place, normal
+//! and how many photons were told of already (a word each). Answers: how many questions are answered
+//! (2 bytes), the first ones; a column of how many photons each found, all bits set where they are gone;
+//! then columns of power, direction, density and squared distance of all photons. Where these are as many
+//! as there may be, the last look-up may have found more.
 
 use kilauea_math::Vec3;
 use kilauea_photon::SurfaceQuery;
@@ -20,7 +21,7 @@ const GONE: u32 = u32::MAX;
 
 /// Writes look-ups.
 pub(super) fn put_questions(questions: &[PhotonQuestion], columns: &Columns, bytes: &mut Vec<u8>) {
-    let words: [fn(&PhotonQuestion) -> u32; 7] = [
+    let words: [fn(&PhotonQuestion) -> u32; 8] = [
         |q| q.pass,
         |q| q.at.p.x.to_bits(),
         |q| q.at.p.y.to_bits(),
@@ -28,6 +29,7 @@ pub(super) fn put_questions(questions: &[PhotonQuestion], columns: &Columns, byt
         |q| q.at.n.x.to_bits(),
         |q| q.at.n.y.to_bits(),
         |q| q.at.n.z.to_bits(),
+        |q| q.n_told,
     ];
     for word in words {
         columns.put_words(questions.iter().map(word), bytes);
@@ -39,7 +41,7 @@ pub(super) fn take_questions(
     columns: &Columns,
     bytes: &mut &[u8],
 ) -> Result<Vec<Question>, WireError> {
-    let mut words: [Vec<u32>; 7] = Default::default();
+    let mut words: [Vec<u32>; 8] = Default::default();
     for column in &mut words {
         *column = columns.take_words(bytes)?;
     }
@@ -57,6 +59,7 @@ pub(super) fn take_questions(
                 p: vec(1),
                 n: vec(4),
             },
+            n_told: words[7][i],
         })
     };
     Ok((0..words[0].len()).map(question).collect())
@@ -70,16 +73,16 @@ pub(super) struct PhotonReplies {
 }
 
 impl PhotonReplies {
-    /// Adds what a look-up found; false where there is no room for it, but for the first.
+    /// Adds what a look-up found, as far as there is room for it; false where that is not all.
     pub(super) fn add(&mut self, found: Option<&[ArrivingPhoton]>) -> bool {
-        let n = found.map_or(0, <[_]>::len);
-        if !self.n_found.is_empty() && self.photons.len() + n > MAX_PHOTONS {
-            return false;
-        }
-        self.n_found
-            .push(if found.is_some() { n as u32 } else { GONE });
-        self.photons.extend(found.unwrap_or_default());
-        true
+        let Some(found) = found else {
+            self.n_found.push(GONE);
+            return true;
+        };
+        let n = found.len().min(MAX_PHOTONS - self.photons.len());
+        self.n_found.push(n as u32);
+        self.photons.extend(&found[..n]);
+        n == found.len()
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -87,10 +90,7 @@ impl PhotonReplies {
     }
 
     /// The bytes, which are to be packed.
-    pub(super) fn encode(&self, packing: Packing) -> Result<Vec<u8>, WireError> {
-        if self.photons.len() > MAX_PHOTONS {
-            return Err(WireError::Long(self.photons.len() - MAX_PHOTONS));
-        }
+    pub(super) fn encode(&self, packing: Packing) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(64 + 4 * self.n_found.len() + 36 * self.photons.len());
         (self.n_found.len() as u16).encode(&mut bytes);
         let columns = Columns::of(self.n_found.len()).packed_by(packing);
@@ -103,8 +103,18 @@ impl PhotonReplies {
                 .map(|photon| photon.to_words()[word].to_bits());
             columns.put_words(column, &mut bytes);
         }
-        Ok(bytes)
+        bytes
     }
+}
+
+/// Whether the last look-up of a reply may have found more than there was room for.
+pub(crate) fn may_be_cut(answers: &[Answer]) -> bool {
+    let found = |answer: &Answer| match answer {
+        Answer::Photons(Some(photons)) => photons.len(),
+        _ => 0,
+    };
+    matches!(answers.last(), Some(Answer::Photons(Some(_))))
+        && answers.iter().map(found).sum::<usize>() == MAX_PHOTONS
 }
 
 /// Reads the answers to the first of `n_asked` look-ups. Never panics, and takes no more memory than the

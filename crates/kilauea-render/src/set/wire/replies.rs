@@ -27,7 +27,7 @@ pub(crate) struct Replies {
 }
 
 impl Replies {
-    /// Adds an answer; false where there is no room for it and for those that follow.
+    /// Adds an answer; false where there is no room for all of it and for those that follow.
     pub(crate) fn add(&mut self, answer: &Answer) -> bool {
         if let Answer::Photons(found) = answer {
             return self.photons.add(found.as_deref());
@@ -41,10 +41,7 @@ impl Replies {
     }
 
     /// The bytes, which are to be packed.
-    ///
-    /// # Errors
-    /// If one look-up has found more photons than fit.
-    pub(crate) fn encode(self, packing: Packing) -> Result<Vec<u8>, WireError> {
+    pub(crate) fn encode(self, packing: Packing) -> Vec<u8> {
         if !self.photons.is_empty() {
             return self.photons.encode(packing);
         }
@@ -63,13 +60,13 @@ impl Replies {
             columns.put_words(self.hits.iter().map(word), &mut bytes);
         }
         bytes.extend(self.carried);
-        Ok(bytes)
+        bytes
     }
 }
 
 /// Reads the answers to `questions`, but for the primitives, which are checked and stay where they are.
 /// Never panics, and takes no more memory than there are questions and bytes for. Of look-ups of photons
-/// only the first may be answered, as far as there was room.
+/// only the first may be answered, and the last of these in part, as far as there was room.
 pub(crate) fn decode_answers(
     questions: &[Question],
     answers: Vec<u8>,
