@@ -3,11 +3,11 @@
 use kilauea_math::{DAffine3, DMat4, DVec3, Spectrum};
 use kilauea_mesh::{CurveType, PrimvarInterpolation};
 use kilauea_render::{
-    Broadcast, Conditions, PlacementError, PrepareOptions, PreparedScene, SetPlan,
+    Broadcast, Conditions, PhotonDemand, PlacementError, PrepareOptions, PreparedScene, SetPlan,
 };
 use kilauea_scene::{
     Channel, FilterKind, GlobalIllumination, Input, Integrator, Light, LightShape, Node,
-    PhotonSplit, RenderSettings, Scene, Shading, Wrap,
+    PhotonSettings, PhotonSplit, RenderSettings, Scene, Shading, Wrap,
 };
 use kilauea_tests::{
     Curves, Mesh, MeshPrimvar, Picture, Placements, Points, Stage, TileFile, black_emitter, glass,
@@ -364,10 +364,12 @@ fn members_hold_their_part_alone() {
 fn a_set_is_as_small_as_memory_lets_it_be() {
     let scene = many_cubes();
     let all = SetPlan::even(&scene, 1).unwrap().bytes()[0];
-    let n_members = |memory: &[u64]| SetPlan::smallest(&scene, memory).map(|p| p.n_members());
+    let n_members = |memory: &[u64]| {
+        SetPlan::smallest(&scene, memory, PhotonDemand::default()).map(|p| p.n_members())
+    };
     assert_eq!(n_members(&[all / 4, all, all]), Ok(1));
     let half = all * 3 / 5;
-    let plan = SetPlan::smallest(&scene, &[half, half / 8, half]).unwrap();
+    let plan = SetPlan::smallest(&scene, &[half, half / 8, half], PhotonDemand::default()).unwrap();
     assert_eq!(plan.n_members(), 2);
     assert!(plan.bytes().iter().all(|&bytes| bytes <= half));
     assert_eq!(plan.bytes().iter().sum::<u64>(), all);
@@ -382,4 +384,36 @@ fn a_set_is_as_small_as_memory_lets_it_be() {
     );
     assert_eq!(n_members(&[]), Err(PlacementError::Size(0)));
     assert_eq!(SetPlan::even(&scene, 65), Err(PlacementError::Size(65)));
+}
+
+#[test]
+fn a_set_has_room_for_photons() {
+    let scene = many_cubes();
+    let all = SetPlan::even(&scene, 1).unwrap().bytes()[0];
+    let n_members = |memory: u64, gi, split| {
+        let settings = RenderSettings {
+            gi,
+            samples_per_pixel: 1,
+            photons: PhotonSettings {
+                // Three tenths of the scene.
+                emitted_per_sample: Some((all * 3 / 10 / 32) as u32),
+                split,
+                ..PhotonSettings::default()
+            },
+            ..Stage::settings()
+        };
+        let photons = PhotonDemand::of(&scene, &settings);
+        SetPlan::smallest(&scene, &[memory; 5], photons).map(|plan| plan.n_members())
+    };
+    let (exact, consistent) = (GlobalIllumination::Exact, GlobalIllumination::Consistent);
+    let some = all * 6 / 10;
+    assert_eq!(n_members(some, exact, PhotonSplit::Never), Ok(2));
+    // Of three, each has a third of the photons of two passes; undivided, all of one.
+    assert_eq!(n_members(some, consistent, PhotonSplit::WhereNeeded), Ok(3));
+    assert_eq!(n_members(some, consistent, PhotonSplit::Never), Ok(4));
+    assert_eq!(n_members(all, consistent, PhotonSplit::Never), Ok(1));
+    let few = all * 3 / 10;
+    assert_eq!(n_members(few, exact, PhotonSplit::Never), Ok(4));
+    let error = n_members(few, consistent, PhotonSplit::Never).unwrap_err();
+    assert!(error.to_string().contains("photons"), "{error}");
 }

@@ -7,7 +7,7 @@ use frame::{Shot, integrators, processes, signal, wait_for_progress};
 use kilauea_cluster::{
     ClusterError, ClusterJob, ClusterOptions, ClusterResult, SetOptions, SetSize, WorkerKind,
 };
-use kilauea_render::{Broadcast, Packing};
+use kilauea_render::{Broadcast, Packing, PhotonDemand, PhotonRoom, SetPlan};
 use kilauea_scene::{GlobalIllumination, Integrator, PhotonSplit, Shading};
 
 const CULLED: SetOptions = SetOptions {
@@ -298,7 +298,7 @@ fn what_cannot_be_spread_is_refused_with_its_sizes() {
 fn sets_are_as_small_as_memory_lets_them_be() {
     let shot = Shot::new();
     let scene = shot.scene();
-    let bytes = kilauea_render::SetPlan::even(&scene, 1).unwrap().bytes()[0];
+    let bytes = SetPlan::even(&scene, 1).unwrap().bytes()[0];
     let with_memory = |n_workers, bytes| ClusterOptions {
         set: Some(SetOptions {
             size: SetSize::Memory(bytes),
@@ -309,7 +309,7 @@ fn sets_are_as_small_as_memory_lets_them_be() {
     let result = shot.start(with_memory(4, bytes)).finish().unwrap();
     assert!(result.frame.stats.set.is_none(), "each holds all");
     // Two can hold the scene, as one large chunk is most of it; of three workers one would be left over.
-    let largest = kilauea_render::SetPlan::even(&scene, 3).unwrap();
+    let largest = SetPlan::even(&scene, 3).unwrap();
     let largest = largest.bytes().iter().max().copied().unwrap();
     let alone = shot.alone();
     for (n_workers, size) in [(4, 2), (3, 3)] {
@@ -318,5 +318,39 @@ fn sets_are_as_small_as_memory_lets_them_be() {
         shot.check(&alone, &result, "by memory");
         let n_members = result.frame.stats.set.map(|set| set.members.len());
         assert_eq!(n_members, Some(size), "of {n_workers} workers");
+    }
+}
+
+#[test]
+fn sets_have_room_for_photons() {
+    let shot = divided(2).with(|s| {
+        s.photons.emitted_per_sample = Some(100);
+        s.photons.split = PhotonSplit::WhereNeeded;
+    });
+    let scene = shot.scene();
+    let photons = PhotonDemand::of(&scene, &shot.settings);
+    let largest = SetPlan::even(&scene, 3).unwrap();
+    let largest = largest.bytes().iter().max().copied().unwrap();
+    // Two could hold the scene, but not with half of the photons of two passes each.
+    let planned = photons.of_member(3);
+    let options = ClusterOptions {
+        set: Some(SetOptions {
+            size: SetSize::Memory(largest + planned),
+            ..CULLED
+        }),
+        ..frame::options(3, WorkerKind::Threads)
+    };
+    let result = shot.start(options).finish().unwrap();
+    shot.check(&shot.alone(), &result, "with photons");
+    let set = result.frame.stats.set.expect("three members");
+    assert_eq!(set.members.len(), 3);
+    let left = planned;
+    assert_eq!(set.photon_room, Some(PhotonRoom { left, planned }));
+    for member in &set.members {
+        let of_two_passes = 2 * member.photon_bytes;
+        assert!(
+            member.photons > 0 && of_two_passes <= left,
+            "{member:?} of {left}"
+        );
     }
 }

@@ -42,6 +42,7 @@ mod unit_pixels;
 mod units;
 mod wire;
 
+pub use caustics::PhotonDemand;
 pub use collect::CollectedFrame;
 pub use conditions::Conditions;
 pub use error::RenderError;
@@ -59,7 +60,7 @@ pub use prepared::{PrepareOptions, PreparedScene};
 pub use set::fuzzing;
 pub use set::{
     Answered, Broadcast, MemberBytes, MemberSeat, MemberStats, Packing, Partners, PartnersGone,
-    PlacementError, RaySample, RayTraffic, Set, SetOutline, SetPlan, SetStats,
+    PhotonRoom, PlacementError, RaySample, RayTraffic, Set, SetOutline, SetPlan, SetStats,
 };
 pub use share::{PathKind, PathPass, PathShare};
 pub use stats::{

@@ -176,6 +176,13 @@ impl TileProgress {
     }
 }
 
+/// Samples that a pixel gets in the largest pass.
+pub(crate) fn largest_pass(samples_per_pixel: u32) -> u32 {
+    let starts = pass_starts(samples_per_pixel);
+    let sizes = starts.windows(2).map(|pass| pass[1] - pass[0]);
+    sizes.max().unwrap_or(0)
+}
+
 /// 1, 1, 2, 4, … samples, so that a first picture and an estimate of the time left come early.
 fn pass_starts(samples_per_pixel: u32) -> Vec<u32> {
     let mut starts = vec![0];
@@ -198,6 +205,7 @@ mod tests {
     fn passes_double_and_add_up() {
         assert_eq!(pass_starts(1), [0, 1]);
         assert_eq!(pass_starts(5), [0, 1, 2, 4, 5]);
+        assert_eq!([0, 1, 5, 100].map(largest_pass), [0, 1, 2, 16]);
         assert_eq!(pass_starts(64), [0, 1, 2, 4, 8, 16, 32, 48, 64]);
     }
 

@@ -112,7 +112,7 @@ impl Console {
         scene
             .validate()
             .map_err(kilauea_render::RenderError::from)?;
-        let sets = Sets::of(scene, &options)?;
+        let sets = Sets::of(scene, settings, &options)?;
         let settings = &of_workers(settings, &options, sets.is_some());
         let mut frame = CollectedFrame::new(settings)?;
         let n_threads = match settings.threads {
@@ -346,7 +346,7 @@ impl Console {
         self.reports.sort_by_key(|(holder, _)| holder.rank);
         let render_secs = self.now().as_secs_f64();
         let mut report = fullest(&self.reports).cloned().unwrap_or_default();
-        merge_members(&self.reports, &mut report);
+        merge_members(&self.reports, self.sets.as_ref(), &mut report);
         let mut workers = self.lost;
         workers.extend(self.peers.into_values().map(|peer| peer.stats));
         workers.sort_by_key(|worker| (worker.rank, worker.incarnation));

@@ -6,7 +6,7 @@ use super::plan::CausticPlan;
 use crate::frame::Frame;
 
 /// Of a photon in a map, with its share of the tree.
-const BYTES_PER_PHOTON: f64 = 32.0;
+pub(super) const BYTES_PER_PHOTON: u64 = 32;
 
 impl CausticPlan<'_> {
     /// Whether the photons of a pass are divided: where each member would have no room for all of them.
@@ -25,7 +25,7 @@ impl CausticPlan<'_> {
             PhotonSplit::Never => false,
             PhotonSplit::WhereNeeded => set.photon_bytes.is_some_and(|room| {
                 let n_photons = f64::from(self.n_emitted(frame, pass)) * self.kept_per_path;
-                n_photons * BYTES_PER_PHOTON > room as f64
+                n_photons * BYTES_PER_PHOTON as f64 > room as f64
             }),
         }
     }

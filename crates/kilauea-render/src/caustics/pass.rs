@@ -36,12 +36,17 @@ pub(crate) enum CausticSource<'a> {
 /// Most paths of light for a pass, for the sake of memory.
 const MAX_EMITTED: u32 = 1 << 22;
 
+/// Paths of light for a pass of so many samples.
+pub(super) fn n_emitted(n_per_sample: u32, n_samples: u32) -> u32 {
+    n_per_sample.saturating_mul(n_samples).min(MAX_EMITTED)
+}
+
 impl CausticPlan<'_> {
     /// Paths of light for a pass. A pass of twice the samples gets twice the photons, so that all
     /// samples count the same.
     pub(super) fn n_emitted(&self, frame: &Frame, pass: u32) -> u32 {
         let n_samples = frame.passes.samples(&(pass..pass + 1)).len() as u32;
-        self.n_per_sample.saturating_mul(n_samples).min(MAX_EMITTED)
+        n_emitted(self.n_per_sample, n_samples)
     }
 
     /// Traces the photons of a pass; its radius is that of its first sample.

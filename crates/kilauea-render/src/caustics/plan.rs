@@ -2,7 +2,7 @@
 
 use kilauea_math::hash::combine;
 use kilauea_photon::ProgressiveRadius;
-use kilauea_scene::RenderSettings;
+use kilauea_scene::{RenderSettings, Scene};
 
 use super::radius::first_radius;
 use crate::RenderError;
@@ -59,11 +59,8 @@ impl<'a> CausticPlan<'a> {
         if emitter.is_empty() {
             return skip("no light sends any out");
         }
-        if settings.max_depth < 2 {
-            return skip("paths are too short for caustics");
-        }
-        if prepared.scene.prototypes.iter().any(moves) {
-            return skip("something moves while the shutter is open");
+        if let Some(reason) = why_no_photons(&prepared.scene, settings) {
+            return skip(reason);
         }
         let n_per_sample = n_per_sample(settings);
         let max_specular = settings.max_depth.div_ceil(2);
@@ -133,6 +130,15 @@ impl<'a> CausticPlan<'a> {
     }
 }
 
+/// Why no photons are traced whatever they would bring, if that is so.
+pub(super) fn why_no_photons(scene: &Scene, settings: &RenderSettings) -> Option<&'static str> {
+    if settings.max_depth < 2 {
+        return Some("paths are too short for caustics");
+    }
+    let moves = scene.prototypes.iter().any(moves);
+    moves.then_some("something moves while the shutter is open")
+}
+
 fn pilot_request(settings: &RenderSettings, n_threads: usize) -> PhotonRequest {
     PhotonRequest {
         n_emitted: N_PILOT,
@@ -145,7 +151,7 @@ fn pilot_request(settings: &RenderSettings, n_threads: usize) -> PhotonRequest {
 
 /// As many for each pixel, also for those that are not rendered, so that a part of a picture is as it
 /// is in the whole.
-fn n_per_sample(settings: &RenderSettings) -> u32 {
+pub(super) fn n_per_sample(settings: &RenderSettings) -> u32 {
     let [width, height] = settings.resolution;
     let asked = settings.photons.emitted_per_sample;
     asked.unwrap_or_else(|| {

@@ -28,11 +28,11 @@ pub use outline::SetOutline;
 pub use owners::{PlacementError, SetPlan};
 pub(crate) use parcel::Parcel;
 pub use partners::{Answered, Partners, PartnersGone};
-pub(crate) use photons::{PassParts, PhotonParts};
+pub(crate) use photons::{MOST_PASSES, PassParts, PhotonParts};
 pub use process::MemberSeat;
 pub(crate) use server::SetParts;
 pub(crate) use traffic::Traffic;
-pub use traffic::{MemberStats, RaySample, RayTraffic, SetStats};
+pub use traffic::{MemberStats, PhotonRoom, RaySample, RayTraffic, SetStats};
 pub use wire::Packing;
 
 use std::sync::Arc;

@@ -8,6 +8,7 @@ use kilauea_scene::Scene;
 use serde::{Deserialize, Serialize};
 
 use super::units::{Unit, units};
+use crate::caustics::PhotonDemand;
 use crate::geometry::ChunkId;
 
 /// Most members of a set: larger ones ask so many for each ray that several sets are better.
@@ -31,8 +32,9 @@ pub enum PlacementError {
     },
     /// All members together are too small.
     #[error(
-        "the scene takes {bytes} bytes with its trees, more than the {n_members} members that there \
-         are can hold, of {room} bytes together"
+        "the scene takes {bytes} bytes with its trees{}, more than the {n_members} members that there \
+         are can hold, of {room} bytes together",
+        beside(*.photons)
     )]
     Scene {
         /// What the scene takes.
@@ -41,10 +43,20 @@ pub enum PlacementError {
         n_members: usize,
         /// Memory of all members.
         room: u64,
+        /// What a member of them all has to have for photons.
+        photons: u64,
     },
     /// A set of no members, or of too many.
     #[error("a set has 1 to {MAX_MEMBERS} members, not {0}")]
     Size(usize),
+}
+
+/// What the photons of a member are said to add to a scene.
+fn beside(photons: u64) -> String {
+    if photons == 0 {
+        return String::new();
+    }
+    format!(", and its caustic photons up to {photons} bytes on each member")
 }
 
 /// Which member of a set holds which chunk.
@@ -72,11 +84,15 @@ impl SetPlan {
     }
 
     /// Spreads a scene over as few members as can hold it, the largest first. `memory_bytes` is what
-    /// each has for chunks and their trees.
+    /// each has for chunks, their trees and photons.
     ///
     /// # Errors
     /// If a chunk is larger than any member, or the scene than all of them.
-    pub fn smallest(scene: &Scene, memory_bytes: &[u64]) -> Result<Self, PlacementError> {
+    pub fn smallest(
+        scene: &Scene,
+        memory_bytes: &[u64],
+        photons: PhotonDemand,
+    ) -> Result<Self, PlacementError> {
         let mut rooms = memory_bytes.to_vec();
         rooms.sort_unstable_by_key(|&room| Reverse(room));
         rooms.truncate(MAX_MEMBERS);
@@ -90,11 +106,16 @@ impl SetPlan {
             });
         }
         let sizes = 1..=rooms.len();
-        let mut plans = sizes.filter_map(|n| Self::fill(scene, &units, &rooms[..n]));
+        let mut plans = sizes.filter_map(|n| {
+            let beside_photons = |room: &u64| room.saturating_sub(photons.of_member(n));
+            let rooms: Vec<u64> = rooms[..n].iter().map(beside_photons).collect();
+            Self::fill(scene, &units, &rooms)
+        });
         plans.next().ok_or_else(|| PlacementError::Scene {
             bytes: units.iter().map(|unit| unit.bytes).sum(),
             n_members: rooms.len(),
             room: rooms.iter().sum(),
+            photons: photons.of_member(rooms.len()),
         })
     }
 

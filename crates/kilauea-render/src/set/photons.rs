@@ -8,7 +8,7 @@ use kilauea_photon::PhotonMap;
 use crate::integrator::{Answer, ArrivingPhoton, PhotonQuestion};
 
 /// Passes whose photons are kept: those of the one before, too, for members that are late with it.
-const MOST_PASSES: usize = 2;
+pub(crate) const MOST_PASSES: usize = 2;
 
 /// The parts of maps that members in this process have, pass by pass.
 #[derive(Default)]

@@ -86,6 +86,17 @@ pub struct SetStats {
     pub samples: Vec<RaySample>,
     /// Bytes of what is placed together, where rays were sampled.
     pub box_bytes: Vec<u64>,
+    /// Room for photons, where it is said how much memory members have. Known to who planned the set.
+    pub photon_room: Option<PhotonRoom>,
+}
+
+/// Room for photons beside a part of a scene, in bytes: the same for all members.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PhotonRoom {
+    /// What the fullest member has left.
+    pub left: u64,
+    /// What a member was to have left, by the number of paths that leave lights.
+    pub planned: u64,
 }
 
 /// Rays of one kind.
@@ -215,6 +226,7 @@ impl Traffic {
                 set.boxes.unit_bytes().to_vec()
             },
             samples: samples.clone(),
+            photon_room: None,
         })
     }
 }

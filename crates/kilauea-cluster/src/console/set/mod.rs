@@ -4,8 +4,8 @@ mod parts;
 
 use std::ops::Range;
 
-use kilauea_render::{RenderStats, SetPlan};
-use kilauea_scene::Scene;
+use kilauea_render::{PhotonDemand, PhotonRoom, RenderStats, SetPlan};
+use kilauea_scene::{RenderSettings, Scene};
 
 use super::Console;
 use super::peer::Stage;
@@ -23,25 +23,27 @@ pub(super) struct Sets {
     pub(super) options: SetOptions,
     /// Workers of a set.
     size: u32,
-    /// Bytes that each member has left for photons, where it is said how much memory they have.
-    photon_bytes: Option<u64>,
+    /// For photons, where it is said how much memory members have.
+    photon_room: Option<PhotonRoom>,
 }
 
 impl Sets {
     /// The sets that are asked for; none where each worker has the whole scene.
     pub(super) fn of(
         scene: &Scene,
+        settings: &RenderSettings,
         options: &ClusterOptions,
     ) -> Result<Option<Self>, ClusterError> {
         let n_workers = options.n_workers;
         let Some(set) = options.set else {
             return Ok(None);
         };
+        let photons = PhotonDemand::of(scene, settings);
         let size = match set.size {
             SetSize::Workers(size) => size,
             SetSize::Memory(bytes) => {
                 let rooms = vec![bytes; n_workers as usize];
-                let smallest = SetPlan::smallest(scene, &rooms)?.n_members() as u32;
+                let smallest = SetPlan::smallest(scene, &rooms, photons)?.n_members() as u32;
                 // Nobody is left over.
                 let mut sizes = smallest..=n_workers;
                 sizes
@@ -57,15 +59,18 @@ impl Sets {
             return Err(ClusterError::SetSize { n_workers, size });
         }
         let fullest = plan.bytes().iter().max().copied().unwrap_or(0);
-        let photon_bytes = match set.size {
+        let photon_room = match set.size {
             SetSize::Workers(_) => None,
-            SetSize::Memory(bytes) => Some(bytes.saturating_sub(fullest)),
+            SetSize::Memory(bytes) => Some(PhotonRoom {
+                left: bytes.saturating_sub(fullest),
+                planned: photons.of_member(size as usize),
+            }),
         };
         Ok(Some(Self {
             plan,
             options: set,
             size,
-            photon_bytes,
+            photon_room,
         }))
     }
 
@@ -131,12 +136,17 @@ impl Console {
 }
 
 /// What all members of all sets say of the scene and of what they asked.
-pub(super) fn merge_members(reports: &[(Holder, RenderStats)], report: &mut RenderStats) {
+pub(super) fn merge_members(
+    reports: &[(Holder, RenderStats)],
+    sets: Option<&Sets>,
+    report: &mut RenderStats,
+) {
     let mut all = reports.iter().filter_map(|(_, stats)| stats.set.as_ref());
     let Some(first) = all.next() else { return };
     let mut merged = first.clone();
     all.for_each(|set| merged.add(set));
     report.memory.scene = merged.members.iter().map(|m| m.bytes.scene).sum();
     report.memory.accel = merged.members.iter().map(|m| m.bytes.accel).sum();
+    merged.photon_room = sets.and_then(|sets| sets.photon_room);
     report.set = Some(merged);
 }

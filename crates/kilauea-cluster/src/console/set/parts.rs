@@ -54,7 +54,7 @@ impl Parts {
             n_chunks: self.held[number as usize].len() as u32,
             broadcast: self.sets.options.broadcast,
             packing: self.sets.options.packing,
-            photon_bytes: self.sets.photon_bytes,
+            photon_bytes: self.sets.photon_room.map(|room| room.left),
         }
     }
 
