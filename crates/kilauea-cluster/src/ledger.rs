@@ -186,12 +186,9 @@ impl Ledger {
         let Some(record) = self.tiles.get_mut(unit.tile as usize) else {
             return Verdict::Unknown;
         };
-        let is_this =
-            |l: &LeaseRecord| l.id == lease && l.holder == holder && l.passes == unit.passes;
-        let Some(at) = record.leases.iter().position(is_this) else {
+        if record.take_lease(holder, lease, unit).is_none() {
             return Verdict::Unknown;
-        };
-        record.leases.remove(at);
+        }
         if record.n_done == unit.passes.start {
             record.accept(unit.passes.clone(), digest, Some(holder.rank));
             record.kept_by = Some(holder.epoch);
@@ -205,6 +202,13 @@ impl Ledger {
             }
             _ => Verdict::Equal,
         }
+    }
+
+    /// Takes a unit back that came to nothing; whether it was lent.
+    pub(crate) fn release(&mut self, holder: Holder, lease: u64, unit: &Unit) -> bool {
+        let record = self.tiles.get_mut(unit.tile as usize);
+        let lease = record.and_then(|record| record.take_lease(holder, lease, unit));
+        lease.is_some()
     }
 
     /// Takes a result that was kept from an earlier run; whether it follows on what is there.
@@ -269,6 +273,14 @@ impl Ledger {
 }
 
 impl TileRecord {
+    /// Ends a lease, if there is such a one.
+    fn take_lease(&mut self, holder: Holder, lease: u64, unit: &Unit) -> Option<LeaseRecord> {
+        let is_this =
+            |l: &LeaseRecord| l.id == lease && l.holder == holder && l.passes == unit.passes;
+        let at = self.leases.iter().position(is_this)?;
+        Some(self.leases.remove(at))
+    }
+
     fn accept(&mut self, passes: Range<u32>, digest: Digest, from: Option<u32>) {
         self.n_done = passes.end;
         self.accepted.push(Accepted {

@@ -21,7 +21,9 @@ pub struct WorkerStats {
     pub kept_scene: bool,
     /// Units whose results counted.
     pub units: u64,
-    /// Rays traced for them.
+    /// Units that it rendered for nothing, as it was more than a pass behind others of its set.
+    pub units_dropped: u64,
+    /// Rays traced for those whose results counted.
     pub rays: u64,
     /// Seconds from when it could render to its last result.
     pub working_secs: f64,
@@ -31,6 +33,23 @@ pub struct WorkerStats {
     pub seat: Option<SeatStats>,
     /// Why it was lost; absent where it was there to the end.
     pub lost: Option<String>,
+}
+
+impl WorkerStats {
+    /// What is to be said of units that were rendered for nothing, if any were.
+    pub(crate) fn why_dropped(&self) -> Option<String> {
+        let Self {
+            rank,
+            units_dropped: n,
+            ..
+        } = self;
+        (*n > 0).then(|| {
+            format!(
+                "worker {rank} rendered {n} units for nothing: it was more than a pass behind other \
+                 members of its set, which have the photons of two passes"
+            )
+        })
+    }
 }
 
 /// A worker's place in a set.

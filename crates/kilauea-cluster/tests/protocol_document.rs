@@ -7,7 +7,7 @@ use kilauea_cluster::NetworkStats;
 use kilauea_cluster::protocol::{
     Challenge, Chunk, Failed, Finish, Frame, FrameKind, Heartbeat, Hello, Lease, LeaseStart,
     Manifest, MemberAddress, Members, Message, PassesOver, PathsLeft, PathsLent, PathsWanted,
-    Ready, Refused, Report, SceneBytes, Seat, Start, UnitDone, UnitRefused,
+    Ready, Refused, Report, SceneBytes, Seat, Start, UnitDone, UnitDropped, UnitRefused,
 };
 use kilauea_render::{Broadcast, Packing, PathKind, PathPass, RenderStats, Tally, Unit};
 use kilauea_scene::RenderSettings;
@@ -133,6 +133,11 @@ fn samples() -> Vec<Frame> {
             paths: 1024..2048,
         }
         .frame(EPOCH, &[1, 2, 3, 4]),
+        UnitDropped {
+            lease: 11,
+            unit: unit(),
+        }
+        .frame(EPOCH, &[]),
     ]
 }
 

@@ -95,6 +95,10 @@ pub trait UnitSource: Send + Sync {
     /// A unit cannot be rendered.
     fn refused(&self, unit: Unit, error: UnitError);
 
+    /// A unit has come to nothing, as others had its photons no more: they are more than a pass ahead, or
+    /// the time is up.
+    fn dropped(&self, unit: Unit);
+
     /// Whether all units of these passes have results, whoever made them.
     fn has_results(&self, _passes: &Range<u32>) -> bool {
         false
@@ -217,8 +221,11 @@ impl Frame {
     /// Hands over what a unit came to, unless it was broken off.
     pub(crate) fn end_unit(&self, source: &dyn UnitSource, sampled: Sampled) {
         let PixelRun { tile, passes, .. } = sampled.run;
-        let is_whole = sampled.n_pixels == self.passes.n_pixels(tile);
-        if !is_whole || self.has_lost_photons(&passes) {
+        if sampled.n_pixels < self.passes.n_pixels(tile) {
+            return;
+        }
+        if self.has_lost_photons(&passes) {
+            source.dropped(Unit { tile, passes });
             return;
         }
         let geometry = &self.prepared.geometry;

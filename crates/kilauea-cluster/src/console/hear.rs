@@ -14,7 +14,7 @@ use crate::error::ClusterError;
 use crate::ledger::Verdict;
 use crate::protocol::{
     Failed, Frame, FrameError, FrameKind, Heartbeat, Hello, Message, PathsLeft, PathsWanted, Ready,
-    Report, UnitDone, UnitRefused,
+    Report, UnitDone, UnitDropped, UnitRefused,
 };
 
 /// What a frame of a worker says.
@@ -23,6 +23,7 @@ enum Said<'a> {
     Ready(Ready),
     Done(UnitDone, &'a [u8]),
     Refused(UnitRefused),
+    Dropped(UnitDropped),
     WantsPaths(PathsWanted),
     PathsLeft(PathsLeft),
     Report(Box<Report>),
@@ -36,6 +37,7 @@ impl<'a> Said<'a> {
             FrameKind::Ready => Ok(Self::Ready(Ready::read(frame)?.0)),
             FrameKind::UnitDone => UnitDone::read(frame).map(|(done, sums)| Self::Done(done, sums)),
             FrameKind::UnitRefused => Ok(Self::Refused(UnitRefused::read(frame)?.0)),
+            FrameKind::UnitDropped => Ok(Self::Dropped(UnitDropped::read(frame)?.0)),
             FrameKind::PathsWanted => Ok(Self::WantsPaths(PathsWanted::read(frame)?.0)),
             FrameKind::PathsLeft => Ok(Self::PathsLeft(PathsLeft::read(frame)?.0)),
             FrameKind::Report => Ok(Self::Report(Box::new(Report::read(frame)?.0))),
@@ -82,7 +84,7 @@ impl Console {
     }
 
     fn hear(&mut self, epoch: u32, said: Said<'_>, frame: &Frame) -> Result<(), ClusterError> {
-        let now = self.now();
+        let (now, is_late) = (self.now(), self.is_late());
         let Some(peer) = self.peers.get_mut(&epoch) else {
             return Ok(());
         };
@@ -95,6 +97,12 @@ impl Console {
             }
             Said::Done(done, sums) => self.take_result(epoch, frame, done, sums)?,
             Said::Refused(refused) => self.replace(epoch, &refused.reason)?,
+            Said::Dropped(UnitDropped { lease, unit }) => {
+                peer.n_leases = peer.n_leases.saturating_sub(1);
+                let was_lent = self.ledger.release(peer.holder, lease, &unit);
+                // Where the time is up nobody is behind.
+                peer.stats.units_dropped += u64::from(was_lent && !is_late);
+            }
             Said::WantsPaths(wanted) => self.want_paths(epoch, wanted.pass)?,
             Said::PathsLeft(left) => self.take_paths(epoch, &left, frame)?,
             Said::Report(report) => {

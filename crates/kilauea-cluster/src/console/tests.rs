@@ -8,7 +8,7 @@ use kilauea_tests::Stage;
 use tokio::sync::mpsc::{self, Receiver};
 
 use super::*;
-use crate::protocol::{Failed, Heartbeat, Ready, UnitDone, UnitRefused};
+use crate::protocol::{Failed, Heartbeat, Ready, UnitDone, UnitDropped, UnitRefused};
 use crate::snapshot::WorkerState;
 
 /// A console of a frame of two tiles, which starts nobody, and one that it believes to be a worker
@@ -167,6 +167,36 @@ fn workers_that_cannot_go_on_are_lost() {
     assert!(
         matches!(error, ClusterError::NoWorkers { n_started: 3, .. }),
         "{error}"
+    );
+}
+
+#[test]
+fn dropped_units_are_told_of_and_lent_again() {
+    let (mut console, [mut only]) = console([1], Duration::from_mins(1));
+    console.lend().unwrap();
+    let held = lent(&mut only);
+    let Lease { id, unit, .. } = held[0].clone();
+    let dropped = UnitDropped {
+        lease: id,
+        unit: unit.clone(),
+    };
+    say(&mut console, 1, &dropped, &[]);
+    assert_eq!(console.snapshot().units.n_held, held.len() as u64 - 1);
+    assert_eq!(console.snapshot().workers[0].stats.units_dropped, 1);
+    console.lend().unwrap();
+    let [again] = &lent(&mut only)[..] else {
+        panic!("it is free again, and so is its worker");
+    };
+    assert_eq!(again.unit, unit);
+    // Of a lease that has ended.
+    say(&mut console, 1, &dropped, &[]);
+    let stats = console.into_result().frame.stats;
+    let [warning] = &stats.warnings[..] else {
+        panic!("{:?}", stats.warnings);
+    };
+    assert!(
+        warning.starts_with("worker 0 rendered 1 units"),
+        "{warning}"
     );
 }
 

@@ -79,6 +79,8 @@ frame_kinds! {
     PathsLent = 21, CONTROL_BYTES;
     /// Worker to console, and console to the others: what paths left.
     PathsLeft = 22, SCENE_BYTES;
+    /// Worker to console: a unit came to nothing.
+    UnitDropped = 23, CONTROL_BYTES;
 }
 
 impl TryFrom<u8> for FrameKind {

@@ -59,6 +59,7 @@ macro_rules! messages {
 messages! {
     Challenge, Hello, Refused, Heartbeat, Start, SceneBytes, Ready, Lease, PassesOver, UnitDone,
     UnitRefused, Finish, Report, Failed, Manifest, Members, Chunk, PathsWanted, PathsLent, PathsLeft,
+    UnitDropped,
 }
 
 /// What a worker has to mix into its proof.
@@ -229,6 +230,16 @@ pub struct UnitRefused {
     pub unit: Unit,
     /// Why it cannot.
     pub reason: String,
+}
+
+/// A unit came to nothing, as other members of the set had its photons no more. Whoever is as far as
+/// they are may have it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct UnitDropped {
+    /// Of the lease.
+    pub lease: u64,
+    /// What was rendered.
+    pub unit: Unit,
 }
 
 /// There are no more units.

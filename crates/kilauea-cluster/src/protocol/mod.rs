@@ -12,5 +12,5 @@ pub use kind::FrameKind;
 pub use message::{
     Challenge, Chunk, Failed, Finish, Heartbeat, Hello, Lease, LeaseStart, Manifest, MemberAddress,
     Members, Message, PassesOver, PathsLeft, PathsLent, PathsWanted, Ready, Refused, Report,
-    SceneBytes, Seat, Start, UnitDone, UnitRefused,
+    SceneBytes, Seat, Start, UnitDone, UnitDropped, UnitRefused,
 };

@@ -12,7 +12,7 @@ use kilauea_render::{
 use tokio::sync::mpsc;
 
 use super::paths::SharedPaths;
-use crate::protocol::{Frame, Lease, LeaseStart, Message, UnitDone, UnitRefused};
+use crate::protocol::{Frame, Lease, LeaseStart, Message, UnitDone, UnitDropped, UnitRefused};
 
 /// How long engine threads wait before they look whether the frame goes on.
 const MOMENT: Duration = Duration::from_millis(20);
@@ -171,6 +171,12 @@ impl UnitSource for Leases {
                 }
                 .frame(self.epoch, &[]),
             );
+        }
+    }
+
+    fn dropped(&self, unit: Unit) {
+        if let Some(lease) = self.end(&unit) {
+            self.send(UnitDropped { lease, unit }.frame(self.epoch, &[]));
         }
     }
 }

@@ -7,7 +7,8 @@ use kilauea_cluster::link::{Link, Traffic};
 use kilauea_cluster::protocol::{
     Challenge, Chunk, Failed, Finish, Frame, FrameKind, HEADER_BYTES, Heartbeat, Hello, Lease,
     LeaseStart, Manifest, MemberAddress, Members, Message, PassesOver, PathsLeft, PathsLent,
-    PathsWanted, Ready, Refused, Report, SceneBytes, Seat, Start, UnitDone, UnitRefused,
+    PathsWanted, Ready, Refused, Report, SceneBytes, Seat, Start, UnitDone, UnitDropped,
+    UnitRefused,
 };
 use kilauea_cluster::{NetworkStats, Ticket, fuzzing, scene_from_bytes, scene_to_bytes};
 use kilauea_render::{
@@ -401,6 +402,10 @@ fn all_messages() -> Vec<Frame> {
         unit: unit(),
         reason: reason(),
     };
+    let dropped = UnitDropped {
+        lease: 3,
+        unit: unit(),
+    };
     let stats = RenderStats {
         warnings: vec![reason(), reason()],
         ..RenderStats::default()
@@ -432,6 +437,7 @@ fn all_messages() -> Vec<Frame> {
         PathsLeft { pass, paths: 0..9 }.frame(epoch, &[1, 2, 3]),
         unit_done(unit()).frame(epoch, &[1; 64]),
         refused.frame(epoch, &[]),
+        dropped.frame(epoch, &[]),
         Finish.frame(epoch, &[]),
         report.frame(epoch, &[]),
         Failed { reason: reason() }.frame(epoch, &[]),
@@ -466,6 +472,7 @@ fn read_message(frame: &Frame) -> Result<(), String> {
         FrameKind::PathsLeft => read::<PathsLeft>(frame),
         FrameKind::UnitDone => read::<UnitDone>(frame),
         FrameKind::UnitRefused => read::<UnitRefused>(frame),
+        FrameKind::UnitDropped => read::<UnitDropped>(frame),
         FrameKind::Finish => read::<Finish>(frame),
         FrameKind::Report => read::<Report>(frame),
         FrameKind::Failed => read::<Failed>(frame),
