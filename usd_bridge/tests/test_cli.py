@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -80,6 +79,7 @@ def test_flags_reach_the_engine(engine, stage, tmp_path, capsys):
     flags += ["-j", "2", "--aov", "depth", "albedo", "--complexity", "high", "-f", "12"]
     flags += ["--noise", "0.05"]
     flags += ["--timelimit", "1000", "--shading", "queued", "--shade-memory", "8"]
+    age = process_age()
     assert cli.main(["render", stage, "-o", str(out), "--stats", str(stats_file), *flags]) == 0
     settings = engine.settings[0]
     assert settings["resolution"] == [40, 20]
@@ -92,7 +92,8 @@ def test_flags_reach_the_engine(engine, stage, tmp_path, capsys):
     assert settings["aovs"] == ["Z", "albedo"]
     assert settings["shading"] == "queued"
     assert settings["shade_memory_bytes"] == 8 << 20
-    assert settings["time_limit_secs"] == pytest.approx(1000 - process_age(), abs=10)
+    # A little is kept back for writing.
+    assert 999 - process_age() < settings["time_limit_secs"] <= 1000 - age
     assert settings.keys() == render.DEFAULTS.keys()
     assert engine.options["max_subdivision_level"] == 2
     assert engine.options["resolution"] == [40, 20]
@@ -288,7 +289,7 @@ def test_interrupt_leaves_no_file(stage, tmp_path, phase):
         def build_scene(frame, options):
             if phase == "build":
                 print("building", flush=True)
-                time.sleep(30)
+                time.sleep(3600)
             return types.SimpleNamespace(warnings=list, render=lambda s, m: Job())
 
         class Error(Exception):
@@ -311,10 +312,9 @@ def test_interrupt_leaves_no_file(stage, tmp_path, phase):
     )
     assert process.stdout is not None
     process.stdout.readline()
-    started = time.monotonic()
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=20)
+    # Who does not stop at once goes on for an hour.
+    _, err = process.communicate(timeout=120)
     assert process.returncode == 130
-    assert time.monotonic() - started < 1.5
     assert "Traceback" not in err
     assert list(tmp_path.glob("*.exr*")) == []

@@ -138,7 +138,13 @@ def test_a_journal_is_gone_on_from_only_where_that_is_asked_for(tmp_path):
     assert str(journal) in errors
     render(out, "-p", 1, "--workers", 1)
     assert not journal.exists()
-    render(out, "-p", 4096, "--workers", 1, "--timelimit", 3)
+    # Until a pass fits, however slow the machine is; all samples never do.
+    for limit in (3, 12, 48):
+        limited = start(out, "-p", 65536, "--workers", 1, "--timelimit", limit)
+        _, errors = limited.communicate(timeout=120)
+        if limited.returncode != 5:
+            break
+    assert limited.returncode == 0, errors
     assert not journal.exists()
 
 
@@ -201,7 +207,7 @@ def test_workers_stay_from_frame_to_frame(tmp_path):
 
 
 def test_figures_are_served_while_workers_render(tmp_path):
-    process = start(tmp_path / "out.exr", "-p", 1024, "--workers", 2, "--metrics", "127.0.0.1:0")
+    process = start(tmp_path / "out.exr", "-p", 65536, "--workers", 2, "--metrics", "127.0.0.1:0")
     (address,) = re.findall(r"figures at (http://\S+/metrics)", process.stderr.readline())
 
     def figures():
@@ -235,7 +241,7 @@ def test_figures_need_workers_and_a_free_address(tmp_path):
 
 
 def test_the_token_can_be_read_nowhere(tmp_path):
-    process = start(tmp_path / "out.exr", "-p", 64, "--workers", 1)
+    process = start(tmp_path / "out.exr", "-p", 65536, "--workers", 1)
     wait_for(lambda: children(process.pid))
     (worker,) = children(process.pid)
 
@@ -247,7 +253,8 @@ def test_the_token_can_be_read_nowhere(tmp_path):
     command = words(worker)
     environment = Path(f"/proc/{worker}/environ").read_bytes().split(b"\0")
     console = Path(f"/proc/{process.pid}/environ").read_bytes().split(b"\0")
-    finish(process)
+    process.kill()
+    process.communicate()
     assert command[1:] == [b"-m", b"kilauea.worker", b""]
     assert set(environment) <= set(console)
 

@@ -2,6 +2,7 @@
 
 mod frame;
 
+use std::fs;
 use std::thread::sleep;
 use std::time::Duration;
 
@@ -84,6 +85,16 @@ fn another_scene_is_sent_and_other_ways_to_prepare_need_other_workers() {
     assert_eq!(crew.n_idle(), 2, "the others are not kept");
 }
 
+/// Whether a process of ours goes on. One that has ended is a zombie until its end is asked for.
+fn is_running(pid: u32) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    let state = stat
+        .rsplit(") ")
+        .next()
+        .and_then(|rest| rest.chars().next());
+    state.is_some_and(|state| state != 'Z')
+}
+
 #[test]
 fn workers_that_die_between_frames_are_replaced() {
     let crew = Crew::default();
@@ -91,8 +102,10 @@ fn workers_that_die_between_frames_are_replaced() {
     let result = render(&shot, &crew, |_| {});
     let dead = pids(&result)[0];
     signal("KILL", dead);
-    // Until the system has seen it; the frame would be as right without.
-    sleep(Duration::from_millis(100));
+    // The frame would be as right without.
+    while is_running(dead) {
+        sleep(Duration::from_millis(2));
+    }
     let again = render(&shot, &crew, |_| {});
     shot.check(&shot.alone(), &again, "one died in between");
     let alive: Vec<_> = again.workers.iter().filter(|w| w.lost.is_none()).collect();

@@ -2,7 +2,6 @@
 
 mod frame;
 
-use std::thread::sleep;
 use std::time::Duration;
 
 use frame::kills::{kill_one, n_kills};
@@ -46,11 +45,12 @@ fn all_workers_killed_twice_are_replaced() {
     let job = shot.start(frame::options(2, processes()));
     for fraction in [0.1, 0.4] {
         wait_for_progress(&job, fraction);
-        for pid in job.worker_pids() {
+        let killed = job.worker_pids();
+        for &pid in &killed {
             signal("KILL", pid);
         }
-        // Until the console has seen it.
-        sleep(Duration::from_millis(300));
+        let is_killed = |pid: &u32| killed.contains(pid);
+        while job.worker_pids().iter().any(is_killed) && !job.wait(Duration::from_millis(2)) {}
     }
     let result = job.finish().unwrap();
     shot.check(&alone, &result, "all killed twice");
