@@ -13,13 +13,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("agg")
-# Equal rows make equal files.
-matplotlib.rcParams["svg.hashsalt"] = "kilauea"
-
-from matplotlib import pyplot  # noqa: E402
+from chart_files import pyplot, save
 
 MIB = 2**20
 
@@ -54,8 +48,7 @@ def draw(bounded: list[dict[str, Any]], unbounded_bytes: int, stem: Path) -> Non
     axes.set_ylabel("peak of shades in flight, MiB")
     axes.grid(visible=True, color="#eeeeee")
     axes.legend(frameon=False, fontsize=8)
-    figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
-    figure.savefig(stem.with_suffix(".png"), dpi=110)
+    save(figure, stem)
 
 
 if __name__ == "__main__":

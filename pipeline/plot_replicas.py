@@ -12,13 +12,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("agg")
-# Equal rows make equal files.
-matplotlib.rcParams["svg.hashsalt"] = "kilauea"
-
-from matplotlib import pyplot  # noqa: E402
+from chart_files import pyplot, save
 
 
 def main() -> None:
@@ -56,8 +50,7 @@ def draw(rows: list[dict[str, Any]], stem: Path) -> None:
     panels[0].set_ylim(bottom=0)
     panels[0].set_ylabel("seconds of a frame")
     panels[-1].legend(frameon=False, fontsize=8, loc="upper right")
-    figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
-    figure.savefig(stem.with_suffix(".png"), dpi=110)
+    save(figure, stem)
 
 
 def title(megabytes_per_sec: float, delay_ms: float) -> str:

@@ -13,13 +13,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("agg")
-# Equal rows make equal files.
-matplotlib.rcParams["svg.hashsalt"] = "kilauea"
-
-from matplotlib import pyplot  # noqa: E402
+from chart_files import pyplot, save
 
 COLORS = {1.0: "#c62828", 10.0: "#1565c0", 100.0: "#2e7d32"}
 """By gigabits."""
@@ -49,8 +43,7 @@ def draw(rows: list[dict[str, Any]], stem: Path) -> None:
         axes.yaxis.set_major_formatter("{x:g}")
         axes.grid(visible=True, color="#eeeeee")
         axes.legend(frameon=False, fontsize=7)
-    figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
-    figure.savefig(stem.with_suffix(".png"), dpi=110)
+    save(figure, stem)
 
 
 def draw_rates(rows: list[dict[str, Any]], axes: Any) -> None:

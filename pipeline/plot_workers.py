@@ -13,13 +13,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-
-matplotlib.use("agg")
-# Equal rows make equal files.
-matplotlib.rcParams["svg.hashsalt"] = "kilauea"
-
-from matplotlib import pyplot  # noqa: E402
+from chart_files import pyplot, save
 
 LINES = {"seconds": "#c62828", "gather_s": "#2e7d32", "render_s": "#1565c0"}
 NAMES = {"seconds": "whole command", "gather_s": "gather estimation", "render_s": "rendering"}
@@ -49,8 +43,7 @@ def draw(rows: list[dict[str, Any]], stem: Path) -> None:
         axes.set_title(f"{stage}, {integrator}, {kind}", fontsize=8)
     axes_of_all[0][0].set_ylabel("seconds of a frame (dotted: ideal)")
     axes_of_all[0][-1].legend(frameon=False, fontsize=7)
-    figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
-    figure.savefig(stem.with_suffix(".png"), dpi=110)
+    save(figure, stem)
 
 
 def draw_panel(axes: Any, rows: list[dict[str, Any]]) -> None:

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::error::render_error;
-use crate::picture::write_picture;
+use crate::picture::write_pictures;
 use crate::scene::Scene;
 use crate::threads::n_threads;
 
@@ -46,9 +46,7 @@ pub(crate) fn inspect_estimates(
         let picture = estimate_picture(prepared, &estimate, resolution, threads, shown);
         let picture = picture.map_err(render_error)?;
         if let Some(picture) = &picture {
-            for output in &outputs {
-                write_picture(output, picture, prepared).map_err(render_error)?;
-            }
+            write_pictures(&outputs, picture, prepared)?;
         }
         let report = EstimateReport::of(prepared, &estimate, picture.as_ref());
         let report = serde_json::to_string(&report).map_err(render_error)?;

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use std::path::PathBuf;
 
 use crate::error::render_error;
-use crate::picture::write_picture;
+use crate::picture::write_pictures;
 use crate::scene::Scene;
 use crate::threads::n_threads;
 
@@ -71,9 +71,7 @@ pub(crate) fn inspect_photons(
         let traced = trace_photons(prepared, &photons).map_err(render_error)?;
         let picture = photon_picture(prepared, &traced.photons, resolution, photons.n_threads)
             .map_err(render_error)?;
-        for output in &outputs {
-            write_picture(output, &picture, prepared).map_err(render_error)?;
-        }
+        write_pictures(&outputs, &picture, prepared)?;
         report(&traced, Some(benefit))
     })
 }

@@ -1,9 +1,22 @@
 use kilauea_film::{Image, ImageError, ImageMetadata, write_image_exr, write_png};
 use kilauea_render::PreparedScene;
-use std::path::Path;
+use pyo3::prelude::*;
+use std::path::{Path, PathBuf};
 
-/// Writes what a scene's camera sees as `.png`, or with all of its layers as `.exr`.
-pub(crate) fn write_picture(
+use crate::error::render_error;
+
+/// Writes what a scene's camera sees to each output: as `.png`, or with all of its layers as `.exr`.
+pub(crate) fn write_pictures(
+    outputs: &[PathBuf],
+    picture: &Image,
+    prepared: &PreparedScene,
+) -> PyResult<()> {
+    let mut outputs = outputs.iter();
+    let written = outputs.try_for_each(|output| write_picture(output, picture, prepared));
+    written.map_err(render_error)
+}
+
+fn write_picture(
     output: &Path,
     picture: &Image,
     prepared: &PreparedScene,
