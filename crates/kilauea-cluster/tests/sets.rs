@@ -338,7 +338,7 @@ fn sets_have_room_for_photons() {
             size: SetSize::Memory(largest + planned),
             ..CULLED
         }),
-        ..frame::options(3, WorkerKind::Threads)
+        ..frame::options(6, WorkerKind::Threads)
     };
     let result = shot.start(options).finish().unwrap();
     shot.check(&shot.alone(), &result, "with photons");
