@@ -21,7 +21,8 @@ pub struct WorkerStats {
     pub kept_scene: bool,
     /// Units whose results counted.
     pub units: u64,
-    /// Units that it rendered for nothing, as it was more than a pass behind others of its set.
+    /// Units that it rendered for nothing, as it was more than a pass behind others of its set, or the time
+    /// was up.
     pub units_dropped: u64,
     /// Rays traced for those whose results counted.
     pub rays: u64,
@@ -36,8 +37,8 @@ pub struct WorkerStats {
 }
 
 impl WorkerStats {
-    /// What is to be said of units that were rendered for nothing, if any were.
-    pub(crate) fn why_dropped(&self) -> Option<String> {
+    /// What is to be said of one that was behind others of its set, in a frame that is complete.
+    pub(crate) fn why_behind(&self) -> Option<String> {
         let Self {
             rank,
             units_dropped: n,

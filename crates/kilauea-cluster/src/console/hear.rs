@@ -84,7 +84,7 @@ impl Console {
     }
 
     fn hear(&mut self, epoch: u32, said: Said<'_>, frame: &Frame) -> Result<(), ClusterError> {
-        let (now, is_late) = (self.now(), self.is_late());
+        let now = self.now();
         let Some(peer) = self.peers.get_mut(&epoch) else {
             return Ok(());
         };
@@ -100,8 +100,7 @@ impl Console {
             Said::Dropped(UnitDropped { lease, unit }) => {
                 peer.n_leases = peer.n_leases.saturating_sub(1);
                 let was_lent = self.ledger.release(peer.holder, lease, &unit);
-                // Where the time is up nobody is behind.
-                peer.stats.units_dropped += u64::from(was_lent && !is_late);
+                peer.stats.units_dropped += u64::from(was_lent);
             }
             Said::WantsPaths(wanted) => self.want_paths(epoch, wanted.pass)?,
             Said::PathsLeft(left) => self.take_paths(epoch, &left, frame)?,

@@ -353,8 +353,11 @@ impl Console {
         let peaks = workers.iter().map(|worker| worker.peak_rss);
         report.memory.peak_rss = report.memory.peak_rss.max(peaks.max().unwrap_or(0));
         report.warnings.extend(self.alarms);
-        let dropped = workers.iter().filter_map(WorkerStats::why_dropped);
-        report.warnings.extend(dropped);
+        if self.ledger.is_complete() {
+            // Else it may be that the time was up.
+            let behind = workers.iter().filter_map(WorkerStats::why_behind);
+            report.warnings.extend(behind);
+        }
         report.shared_passes = self.paths.names().map(Cow::Borrowed).collect();
         let mut frame = self.frame.into_result(report);
         let times = &mut frame.stats.times;

@@ -190,6 +190,10 @@ fn dropped_units_are_told_of_and_lent_again() {
     assert_eq!(again.unit, unit);
     // Of a lease that has ended.
     say(&mut console, 1, &dropped, &[]);
+    for lease in [again, &held[1]] {
+        let sums = console.frame.sums(lease.unit.tile);
+        say(&mut console, 1, &done(lease), &sums);
+    }
     let stats = console.into_result().frame.stats;
     let [warning] = &stats.warnings[..] else {
         panic!("{:?}", stats.warnings);
