@@ -54,8 +54,8 @@ def children(pid):
     return [int(child) for listed in threads for child in listed.read_text().split()]
 
 
-def wait_for(condition, seconds=60.0):
-    deadline = time.monotonic() + seconds
+def wait_for(condition):
+    deadline = time.monotonic() + 60.0
     while not condition():
         assert time.monotonic() < deadline, "it did not happen"
         time.sleep(0.005)
@@ -95,6 +95,7 @@ def test_sets_render_the_same_pixels(tmp_path, flags):
 
 
 def test_a_worker_that_is_killed_is_replaced(tmp_path):
+    # So many that a second is left when two of six tiles are done.
     flags = ("-p", 256)
     alone, _ = render(tmp_path / "alone.exr", *flags)
     journal = tmp_path / "shared.exr.journal"
@@ -119,7 +120,7 @@ def test_a_command_that_is_killed_goes_on(tmp_path):
     workers = children(process.pid)
     process.kill()
     process.communicate()
-    wait_for(lambda: not any(is_running(pid) for pid in workers), seconds=10.0)
+    wait_for(lambda: not any(is_running(pid) for pid in workers))
     assert not out.exists()
 
     shared, stats = render(out, *flags, "--resume")
@@ -179,9 +180,10 @@ def is_running(pid):
 
 
 def test_workers_stay_from_frame_to_frame(tmp_path):
-    # The first lasts until both workers have a part in it: one that has not started yet goes.
+    # The first lasts until both workers have a part in it, a second at least: one that has not
+    # started yet goes.
     commands = [
-        f"render -o {tmp_path / 'first.exr'} --stats {tmp_path / 'first.json'} -p 64 {{}}",
+        f"render -o {tmp_path / 'first.exr'} --stats {tmp_path / 'first.json'} -p 256 {{}}",
         "set /cornell_box/camera/camera.focalLength 40",
         f"render -o {tmp_path / 'second.exr'} --stats {tmp_path / 'second.json'} -p 1 {{}}",
     ]
@@ -207,7 +209,7 @@ def test_workers_stay_from_frame_to_frame(tmp_path):
 
 
 def test_figures_are_served_while_workers_render(tmp_path):
-    process = start(tmp_path / "out.exr", "-p", 65536, "--workers", 2, "--metrics", "127.0.0.1:0")
+    process = start(tmp_path / "out.exr", "-p", 4096, "--workers", 2, "--metrics", "127.0.0.1:0")
     (address,) = re.findall(r"figures at (http://\S+/metrics)", process.stderr.readline())
 
     def figures():
