@@ -57,9 +57,11 @@ impl LitBox {
         min + weights * (max - min)
     }
 
-    /// Where the line through a point in the box along the unit vector `dir` enters it.
+    /// Where the line through `p` along the unit vector `dir` enters the box; `p` where it does not.
     pub(super) fn entry_of(&self, p: Vec3, dir: Vec3) -> Vec3 {
-        p + self.overlap(p, dir)[0] * dir
+        let [t_in, t_out] = self.overlap(p, dir);
+        // Along an axis, the distance to a slab that is not met is infinite.
+        if t_in <= t_out { p + t_in * dir } else { p }
     }
 
     /// Whether the line through `p` along the unit vector `dir` meets the box.
@@ -79,5 +81,29 @@ impl LitBox {
     fn face_shadows(&self, dir: Vec3) -> Vec3 {
         let d = self.bounds.diagonal();
         dir.abs() * Vec3::new(d.y * d.z, d.z * d.x, d.x * d.y)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes at which light is aimed reach a little beyond all surfaces; light along an axis would enter
+    /// at infinity there.
+    #[test]
+    fn lines_beside_the_box_start_somewhere() {
+        let bounds = Bounds3 {
+            min: Vec3::ZERO,
+            max: Vec3::ONE,
+        };
+        let lit = LitBox::new(bounds).expect("it has a size");
+        for down in [Vec3::NEG_Y, Vec3::new(-0.0, -1.0, -6e-17)] {
+            for x in [-1.0, -1e-4, 0.0, 0.5, 1.0, 1.0001, 2.0] {
+                let entry = lit.entry_of(Vec3::new(x, 0.5, 0.5), down);
+                assert!(entry.is_finite(), "{x}: {entry}");
+            }
+            let inside = lit.entry_of(Vec3::splat(0.5), down);
+            assert!((inside.y - 1.0001).abs() < 1e-6, "{inside}");
+        }
     }
 }
