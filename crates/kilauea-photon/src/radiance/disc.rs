@@ -1,6 +1,5 @@
-use kilauea_math::{Spectrum, Vec2, Vec3};
+use kilauea_math::{Spectrum, Vec3};
 
-use super::hull::covered_share;
 use crate::density::{DensityRule, RadiusRule, SurfaceQuery};
 use crate::{PhotonMap, StoredPhoton};
 
@@ -13,17 +12,13 @@ use crate::{PhotonMap, StoredPhoton};
 pub(super) struct Disc {
     /// From the middle, with the flux in W.
     photons: Vec<(Vec3, Spectrum)>,
-    /// Unit normal of the disc.
-    n: Vec3,
     radius: f32,
 }
 
-/// Fewer photons do not tell how they are spread.
+/// Fewer photons do not tell whether they are spread evenly.
 const MIN_TO_TELL: usize = 16;
 /// Greatest difference between the share of photons in the inner half of the disc's area and a half.
 const MAX_INNER_EXCESS: f32 = 0.2;
-/// Where less of the disc is surface, it is a corner of which little is known.
-const MIN_COVERED: f32 = 0.2;
 
 impl Disc {
     /// Of the photon with that number in the map, where every `every`-th has a record. If all have, all
@@ -65,11 +60,7 @@ impl Disc {
                         photons.push(relative(other));
                     }
                 });
-                Self {
-                    photons,
-                    n: query.n,
-                    radius,
-                }
+                Self { photons, radius }
             }
             RadiusRule::Nearest { k, max_radius } => {
                 let mut found = map.nearest_where(query.p, k, max_radius, is_other);
@@ -82,7 +73,6 @@ impl Disc {
                 let photons = found.iter().map(|f| relative(map.photon(f.idx as usize)));
                 Self {
                     photons: photons.collect(),
-                    n: query.n,
                     radius,
                 }
             }
@@ -93,17 +83,8 @@ impl Disc {
         self.radius
     }
 
-    /// In W/m², where photons tell it.
-    pub(super) fn irradiance(&self, rule: &DensityRule) -> Option<Spectrum> {
-        if self.photons.len() < MIN_TO_TELL || !self.is_even() {
-            return None;
-        }
-        let covered = self.covered_share();
-        (covered >= MIN_COVERED).then(|| self.sum(rule) / covered)
-    }
-
-    /// In W/m², if all of the disc is surface.
-    fn sum(&self, rule: &DensityRule) -> Spectrum {
+    /// In W/m².
+    pub(super) fn irradiance(&self, rule: &DensityRule) -> Spectrum {
         let radius_sq = self.radius * self.radius;
         let weighted = |(d, power): &(Vec3, Spectrum)| {
             *power * rule.kernel.weight(d.length_squared(), radius_sq)
@@ -116,18 +97,14 @@ impl Disc {
     /// In the dark beside a bright spot they are not: the spot's photons say how large the disc is, and
     /// an estimate by nearest photons, which falls with the square of the distance only, has more light
     /// in all than there is.
-    fn is_even(&self) -> bool {
+    pub(super) fn is_even(&self) -> bool {
+        if self.photons.len() < MIN_TO_TELL {
+            return true;
+        }
         let n = self.photons.len() as f32;
         let half_sq = 0.5 * self.radius * self.radius;
         let is_inner = |(d, _): &&(Vec3, Spectrum)| d.length_squared() < half_sq;
         let inner_share = self.photons.iter().filter(is_inner).count() as f32 / n;
         (inner_share - 0.5).abs() <= MAX_INNER_EXCESS
-    }
-
-    /// The share of the disc that is surface.
-    fn covered_share(&self) -> f32 {
-        let (x, y) = self.n.any_orthonormal_pair();
-        let place = |(d, _): &(Vec3, Spectrum)| Vec2::new(d.dot(x), d.dot(y)) / self.radius;
-        covered_share(&mut self.photons.iter().map(place).collect::<Vec<_>>())
     }
 }

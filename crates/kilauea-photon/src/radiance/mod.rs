@@ -1,5 +1,4 @@
 mod disc;
-mod hull;
 
 use std::num::NonZeroUsize;
 
@@ -27,7 +26,7 @@ pub struct RadianceCache {
 #[derive(Clone, Copy, Debug)]
 struct Record {
     irradiance: [f32; 3],
-    /// Zero where photons are too few or too uneven to say what irradiance is.
+    /// Zero where photons are too uneven to say what irradiance is.
     radius: f32,
     n: Direction16,
 }
@@ -65,10 +64,9 @@ impl RadianceCache {
         let record = |&i: &u32| {
             let photon = photon(i as usize);
             let disc = Disc::around(map, photon.idx(), every.get(), radius, rule);
-            let irradiance = disc.irradiance(rule);
             Record {
-                radius: irradiance.map_or(0.0, |_| disc.radius()),
-                irradiance: irradiance.unwrap_or(Spectrum::BLACK).to_array(),
+                irradiance: disc.irradiance(rule).to_array(),
+                radius: if disc.is_even() { disc.radius() } else { 0.0 },
                 n: Direction16::encode(photon.n()),
             }
         };
@@ -95,7 +93,7 @@ impl RadianceCache {
     }
 
     /// Irradiance at the nearest record on the surface of the query, if there is one within
-    /// `max_distance` that is from photons so far away, and these tell what it is there.
+    /// `max_distance` that is from photons so far away, and these are spread evenly.
     #[inline]
     pub fn lookup(&self, query: &SurfaceQuery, max_distance: f32) -> Option<CachedIrradiance> {
         let found = self.tree.nearest_one(query.p, max_distance, |idx, d_sq| {
