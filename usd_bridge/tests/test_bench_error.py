@@ -104,6 +104,14 @@ def test_a_biased_engine_is_found_out(bench) -> None:
     assert found["cycles"]["bias_squared"] == pytest.approx(0.0, abs=5e-4)
 
 
+def test_a_stage_is_named_by_the_camera_that_was_chosen(bench, capsys) -> None:
+    words = ("--engines", "path,cycles", "-p", "2", "--seeds", "2")
+    report = bench(*words, "--camera", "/World/Camera")
+    assert {row["stage"] for row in report["rows"]} == {"box_rect_light-Camera"}
+    assert cli.main(["bench", "error", str(BOX), *words, "-c", "Nowhere"]) == 1
+    assert "Nowhere" in capsys.readouterr().err
+
+
 def test_where_none_agree_each_is_measured_against_itself(bench) -> None:
     report = bench("--engines", "cycles,luxcore", "-p", "4", "--seeds", "2")
     assert {row["reference"] for row in report["rows"]} == {"own"}

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from kilauea import cli
-from kilauea.benchmarks import error_tables, ledger, plot, speed_tables
+from kilauea.benchmarks import equal_time, error_tables, ledger, plot, speed_tables
 from kilauea.benchmarks.engines import ENGINES
 from kilauea.benchmarks.markdown import number, table
 from kilauea.errors import KilaueaError
@@ -103,6 +103,29 @@ def test_the_headline_compares_with_the_baseline() -> None:
     assert f"| `box` | 1.5 | 0.5 | 0.5 | 0.5 | 1 | 0.5 | each engine's own image | {on} |" in text
     assert "| geometric mean |  | 0.5 |" in text
     assert "3 seeds; 4x2 pixels, 16 bounces, box filter" in text
+
+
+def test_ratios_are_told_by_mean_and_by_median_of_the_seeds() -> None:
+    errors = {"cycles": (1.0, 2.0, 3.0), "path": (0.5, 1.0, 30.0)}
+    rows = [
+        {
+            "stage": "box",
+            "engine": engine,
+            "seed": seed,
+            "samples_asked": int(seconds),
+            "seconds": seconds,
+            "relMSE": error / seconds + 0.25,
+            "relMSE_of_reference": 0.25,
+        }
+        for engine, found in errors.items()
+        for seconds in (2.0, 8.0)
+        for seed, error in enumerate(found, start=1)
+    ]
+    rows.append(rows[0] | {"stage": "hall", "engine": "path"})
+    assert equal_time.ratios({"rows": rows}).splitlines()[2:] == [
+        "| `box` | 2 | 3 | 5.25 (0.5) |",
+        "| `box` | 8 | 3 | 5.25 (0.5) |",
+    ]
 
 
 def test_errors_without_the_worst_pixels_are_compared_at_equal_time() -> None:

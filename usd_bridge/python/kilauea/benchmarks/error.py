@@ -11,7 +11,7 @@ from typing import Any
 from kilauea.benchmarks import error_tables, kept, plot, strips
 from kilauea.benchmarks.converged import Effort, converged
 from kilauea.benchmarks.engines import render
-from kilauea.benchmarks.job import Job
+from kilauea.benchmarks.job import Job, name_of
 from kilauea.benchmarks.measurement import Measurement
 from kilauea.benchmarks.options import add_engine_options, engine_names, settings_of
 from kilauea.benchmarks.pace import CLOCKS, Pace, pilot
@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME,NAME",
         help="further engines for the reference, which are not measured",
     )
+    parser.add_argument("-c", "--camera", metavar="PRIM", help="of all stages, or its name")
     parser.add_argument("-w", "--width", type=int, help="the height follows from the camera")
     parser.add_argument(
         "--times",
@@ -71,12 +72,13 @@ def run(args: argparse.Namespace) -> int:
     rows: list[dict[str, Any]] = []
     stages: list[dict[str, Any]] = []
     for stage in args.stages:
-        with tempfile.TemporaryDirectory(prefix="kilauea-") as name:
+        with tempfile.TemporaryDirectory(prefix="kilauea-") as folder:
             try:
-                found, about = measure_stage(stage, Path(name) / "job", args)
+                found, about = measure_stage(stage, Path(folder) / "job", args)
             except KilaueaError as error:
                 print(f"kilauea: {stage}: {error}", file=sys.stderr)
-                found, about = [], {"stage": Path(stage).stem, "skipped": {"all": str(error)}}
+                name = name_of(stage, args.camera)
+                found, about = [], {"stage": name, "skipped": {"all": str(error)}}
         rows += found
         stages.append(about | {"machine": machine()})
         # Written after each stage: a run may take hours.
@@ -92,7 +94,12 @@ def measure_stage(
 ) -> tuple[list[dict[str, Any]], dict[str, Any]]:
     """Measure all engines at one stage; returns rows and what is to be said of the stage."""
     job = Job.prepare(
-        stage, folder, settings_of(args), image_width=args.width, materials=not args.clay
+        stage,
+        folder,
+        settings_of(args),
+        image_width=args.width,
+        materials=not args.clay,
+        camera=args.camera,
     )
     names = list(dict.fromkeys([*args.engines, *args.witnesses]))
     paces, skipped, notes = find_paces(job, names, args.clock)

@@ -25,6 +25,8 @@ class Job:
     folder: Path
     """The exported scene; images go beside it."""
     settings: dict[str, Any]
+    camera: str | None = None
+    """Prim path, or the name of a camera; None is the stage's own choice."""
     flags: tuple[str, ...] = ()
     """Further words of `kilauea render` that the export was made with."""
 
@@ -36,6 +38,7 @@ class Job:
         settings: dict[str, Any],
         image_width: int | None = None,
         materials: bool = True,
+        camera: str | None = None,
     ) -> Job:
         """Flatten and export a stage; `settings` stand over those of the stage.
 
@@ -45,6 +48,8 @@ class Job:
             In pixels; the height follows from the camera's aperture.
         materials
             False renders every surface as if nothing were bound to it.
+        camera
+            Prim path, or the name of a camera.
         """
         from kilauea.usd.options import FlattenOptions
         from kilauea.usd.stage import flatten
@@ -52,18 +57,21 @@ class Job:
         folder.mkdir(parents=True)
         resolution = settings.get("resolution")
         options = FlattenOptions(
+            camera=camera,
             resolution=tuple(resolution) if resolution else None,
             image_width=image_width,
             scene_materials=materials,
         )
         render_options = RenderOptions([], settings)
         exported = export_frame(flatten(stage, options), render_options, folder)
-        return cls(stage, folder, exported, () if materials else ("--disable-scene-materials",))
+        flags = () if materials else ("--disable-scene-materials",)
+        flags += ("--camera", camera) if camera else ()
+        return cls(stage, folder, exported, camera, flags)
 
     @property
     def name(self) -> str:
-        """The stage as tables call it."""
-        return Path(self.stage).stem
+        """The stage as tables call it, with the camera where one was chosen."""
+        return name_of(self.stage, self.camera)
 
     @property
     def n_pixels(self) -> int:
@@ -83,3 +91,9 @@ class Job:
             if file.suffix not in (".json", ".exr"):
                 digest.update(file.name.encode() + b"\0" + file.read_bytes())
         return digest.hexdigest()
+
+
+def name_of(stage: str, camera: str | None) -> str:
+    """Return what tables call a stage, seen by its own camera or by another one of it."""
+    name = Path(stage).stem
+    return f"{name}-{camera.rpartition('/')[2]}" if camera else name

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from kilauea.benchmarks import error_tables, plot, speed_tables
+from kilauea.benchmarks import equal_time, error_tables, plot, speed_tables
 from kilauea.benchmarks.report import read_json
 from kilauea.errors import KilaueaError
 from kilauea.output import write_text
@@ -23,6 +23,7 @@ Report = dict[str, Any]
 SECTIONS: dict[str, tuple[str, Callable[[Report], str]]] = {
     "sentence": ("error", error_tables.sentence),
     "headline": ("error", error_tables.headline),
+    "equal-time": ("error", equal_time.ratios),
     "error": ("error", error_tables.comparison),
     "references": ("error", error_tables.references),
     "not-expressed": ("error", error_tables.not_expressed),

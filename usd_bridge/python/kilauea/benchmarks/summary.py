@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Callable, Iterable
 from statistics import fmean
 from typing import Any
 
@@ -14,18 +15,25 @@ CLOCKS = ("seconds", "render_s", "cpu_s")
 """Whole command, rendering alone, processor time of the whole command."""
 
 Rows = list[dict[str, Any]]
+Average = Callable[[Iterable[float]], float]
+"""Of numbers: their mean, or their median."""
 
 
 def summarise(rows: Rows) -> Rows:
     """Compare the engines of each stage at the longest time that the baseline has."""
+    return [
+        describe(stage, engine, found, by_engine.get(BASELINE, []))
+        for stage, by_engine in by_stage_and_engine(rows).items()
+        for engine, found in by_engine.items()
+    ]
+
+
+def by_stage_and_engine(rows: Rows) -> dict[str, dict[str, Rows]]:
+    """Group rows, both in the order in which they come."""
     groups: dict[str, dict[str, Rows]] = defaultdict(dict)
     for row in rows:
         groups[row["stage"]].setdefault(row["engine"], []).append(row)
-    return [
-        describe(stage, engine, found, by_engine.get(BASELINE, []))
-        for stage, by_engine in groups.items()
-        for engine, found in by_engine.items()
-    ]
+    return groups
 
 
 def describe(stage: str, engine: str, rows: Rows, baseline: Rows) -> dict[str, Any]:
@@ -66,9 +74,15 @@ def ratio(rows: Rows, baseline: Rows, clock: str) -> float | None:
     """Return relMSE over the baseline's at the baseline's longest time on a clock."""
     if not baseline:
         return None
-    points = curve(baseline, clock)
-    seconds = max(seconds for seconds, _ in points)
-    ours, theirs = (error_at(curve(found, clock), seconds) for found in (rows, baseline))
+    return ratio_at(rows, baseline, clock, max(seconds for seconds, _ in curve(baseline, clock)))
+
+
+def ratio_at(
+    rows: Rows, baseline: Rows, clock: str, seconds: float, average: Average = fmean
+) -> float | None:
+    """Return relMSE, averaged over seeds, over the baseline's at a time on a clock."""
+    curves = (curve(found, clock, average=average) for found in (rows, baseline))
+    ours, theirs = (error_at(points, seconds) for points in curves)
     return None if ours is None or not theirs else ours / theirs
 
 
@@ -81,28 +95,29 @@ def time_ratio(rows: Rows, baseline: Rows) -> float | None:
     return None if ours is None or not theirs else ours / theirs
 
 
-def curve(rows: Rows, clock: str, error: str = "relMSE") -> list[Point]:
-    """Return mean time and mean error at each time that was aimed at.
+def curve(rows: Rows, clock: str, error: str = "relMSE", average: Average = fmean) -> list[Point]:
+    """Return time and error, averaged over seeds, at each time that was aimed at.
 
     What the noise of the reference adds to relMSE is taken off.
     """
     noise = "relMSE_of_reference" if error == "relMSE" else None
     return [
-        (point[clock], point[error] - (point[noise] if noise else 0.0)) for point in means(rows)
+        (point[clock], point[error] - (point[noise] if noise else 0.0))
+        for point in means(rows, average)
     ]
 
 
-def means(rows: Rows) -> Rows:
+def means(rows: Rows, average: Average = fmean) -> Rows:
     """Average the numbers of all seeds at each sample count that was asked for, ascending."""
     groups: dict[int, Rows] = defaultdict(list)
     for row in rows:
         groups[row["samples_asked"]].append(row)
-    return [_mean(found) for _, found in sorted(groups.items())]
+    return [_mean(found, average) for _, found in sorted(groups.items())]
 
 
-def _mean(rows: Rows) -> dict[str, Any]:
+def _mean(rows: Rows, average: Average) -> dict[str, Any]:
     return {
-        name: fmean(row[name] for row in rows) if _is_number(value) else value
+        name: average([row[name] for row in rows]) if _is_number(value) else value
         for name, value in rows[0].items()
     }
 
