@@ -37,3 +37,5 @@ pub(crate) use path_sample::PathSample;
 pub(crate) use question::{Answer, Met, PhotonQuestion, Question};
 pub(crate) use ray_counts::{RayCounts, RayTally};
 pub(crate) use rays::RayTracer;
+#[cfg(test)]
+pub(crate) use walk::power_heuristic;

@@ -189,7 +189,7 @@ impl<M: Media, E> Path<M, E> {
 
 /// Veach's power heuristic with exponent two, for one sample of each strategy.
 #[inline]
-pub(super) fn power_heuristic(pdf: f32, other_pdf: f32) -> f32 {
+pub(crate) fn power_heuristic(pdf: f32, other_pdf: f32) -> f32 {
     if pdf == f32::INFINITY {
         return 1.0;
     }

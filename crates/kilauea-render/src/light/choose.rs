@@ -4,7 +4,10 @@
 use kilauea_gather::Turn;
 
 use super::walk::{LightChooser, LightWalk, NotedWalk, takes_second};
-use super::{Lights, Receiver};
+use super::{InfiniteLight, Lights, Receiver};
+
+/// Share of choices that is even, as importance does not know what is occluded.
+const EVEN_SHARE: f32 = 0.25;
 
 /// A light that was chosen.
 #[derive(Clone, Copy, Debug)]
@@ -88,8 +91,7 @@ impl Lights {
         true
     }
 
-    /// Probability of choosing the tree over the infinite lights: half by what each may
-    /// contribute, half evenly, since neither knows what is occluded.
+    /// Probability of choosing the tree over the infinite lights.
     #[inline]
     pub(super) fn finite_probability(&self, receiver: Receiver) -> f32 {
         if self.infinite.is_empty() {
@@ -103,8 +105,8 @@ impl Lights {
             return 0.0;
         }
         let infinite: f32 = self.infinite.iter().map(|l| l.importance(receiver)).sum();
-        let n = self.infinite.len() as f32;
-        0.5 / (n + 1.0) + 0.5 * finite / (finite + infinite)
+        let share = finite / (finite + infinite);
+        partly_even(1.0 / (self.even_weight() + 1.0), share)
     }
 
     /// The forks where one light at infinity is chosen over those after it.
@@ -131,6 +133,14 @@ impl Lights {
         } else {
             1.0 / n as f32
         };
-        0.5 / n as f32 + 0.5 * share
+        partly_even(self.infinite[idx].even_weight() / self.even_weight(), share)
     }
+
+    fn even_weight(&self) -> f32 {
+        self.infinite.iter().map(InfiniteLight::even_weight).sum()
+    }
+}
+
+fn partly_even(even: f32, by_importance: f32) -> f32 {
+    EVEN_SHARE * even + (1.0 - EVEN_SHARE) * by_importance
 }

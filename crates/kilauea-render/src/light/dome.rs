@@ -4,9 +4,11 @@ use kilauea_math::{DMat3, DVec3, Frame, INV_PI, Mat3, Spectrum, Vec2, Vec3, hypo
 use kilauea_scene::{Light, LightShape, Wrap};
 use kilauea_texture::TextureStore;
 use std::f32::consts::{PI, TAU};
+use std::sync::OnceLock;
 
 use super::LightSample;
 use super::distribution::Distribution2d;
+use super::dome_picture::DomePicture;
 
 /// A dome light.
 #[derive(Clone, Debug)]
@@ -14,9 +16,15 @@ pub(super) struct DomeLight {
     engine_from_light: Mat3,
     light_from_engine: Mat3,
     radiance: Spectrum,
-    /// Texture and its sampling distribution over (s, t); absent for a constant dome.
-    picture: Option<(u32, Distribution2d)>,
+    /// None of a constant dome.
+    texture: Option<u32>,
     mean: Spectrum,
+    peakedness: f32,
+    /// Over (s, t), what surfaces look for: what is brighter than the mean. None where nothing is.
+    direct: Option<Distribution2d>,
+    /// Over (s, t), where photons come from: all light. Made when the first one leaves; none of a
+    /// constant dome.
+    emission: OnceLock<Option<Distribution2d>>,
     /// Multiplies what diffuse lobes reflect.
     pub diffuse: f32,
     /// Multiplies what specular lobes reflect.
@@ -25,8 +33,9 @@ pub(super) struct DomeLight {
     pub visible_to_camera: bool,
 }
 
-/// Pictures are reduced to at most this width before the distribution is built.
-const MAX_DISTRIBUTION_WIDTH: u32 = 2048;
+/// Share of a dome's light that it is chosen by at least, though nothing of it is brighter than its
+/// mean and rays of surfaces meet all of it: both together see it with less noise than these alone.
+const LEAST_PEAKEDNESS: f32 = 0.1;
 
 impl DomeLight {
     /// None if `light` has another shape.
@@ -44,9 +53,9 @@ impl DomeLight {
         );
         let picture = light
             .texture
-            .and_then(|t| Some((t, picture_distribution(t, textures)?)));
+            .and_then(|texture| DomePicture::read(texture, textures));
         let mean = match &picture {
-            Some((_, (_, mean))) => light.radiance * *mean,
+            Some(picture) => light.radiance * picture.mean,
             // A dome whose texture is missing is black, as a missing picture holds no light.
             None if light.texture.is_some() => Spectrum::BLACK,
             None => light.radiance,
@@ -59,38 +68,40 @@ impl DomeLight {
             } else {
                 light.radiance
             },
-            picture: picture.map(|(t, (distribution, _))| (t, distribution)),
+            texture: picture.as_ref().and(light.texture),
             mean,
+            peakedness: picture.as_ref().map_or(0.0, |p| p.peakedness),
+            direct: picture.as_ref().and_then(DomePicture::above_mean),
+            emission: OnceLock::new(),
             diffuse: light.diffuse,
             specular: light.specular,
             visible_to_camera: light.visible_to_camera,
         })
     }
 
-    /// A direction toward bright parts of the dome. For a constant dome the cosine to `n` is
-    /// followed instead.
+    /// A direction toward what is brighter than the mean, as the rest is left to rays of surfaces
+    /// (Karlík et al. 2019, "MIS Compensation"). Where nothing is, the cosine to `n` is followed.
     pub(super) fn sample(&self, n: Vec3, u: Vec2, textures: &TextureStore) -> Option<LightSample> {
-        let (wi, radiance, pdf) = match &self.picture {
-            None => {
-                let local = warp::cosine_hemisphere(u);
-                let wi = Frame::from_z(n).from_local(local);
-                (wi, self.radiance, warp::cosine_hemisphere_pdf(local.z))
-            }
-            Some((_, distribution)) => {
-                let (st, pdf_st) = distribution.sample(u);
-                let (local, sin_theta) = direction(st);
-                let wi = (self.engine_from_light * local).normalize_or_zero();
-                let pdf = pdf_st / (2.0 * PI * PI * sin_theta);
-                (wi, self.radiance_at(place(local).0, textures), pdf)
-            }
-        };
-        (pdf > 0.0 && pdf.is_finite()).then_some(LightSample {
-            wi,
-            distance: f32::INFINITY,
-            radiance,
-            pdf,
-            is_delta: false,
-        })
+        if let Some(direct) = &self.direct {
+            return self.sample_picture(direct, u, textures);
+        }
+        let local = warp::cosine_hemisphere(u);
+        let wi = Frame::from_z(n).from_local(local);
+        let radiance = self.radiance_at(|| self.place(wi).0, textures);
+        sample_at_infinity(wi, radiance, warp::cosine_hemisphere_pdf(local.z))
+    }
+
+    fn sample_picture(
+        &self,
+        distribution: &Distribution2d,
+        u: Vec2,
+        textures: &TextureStore,
+    ) -> Option<LightSample> {
+        let (st, pdf_st) = distribution.sample(u);
+        let (local, sin_theta) = direction(st);
+        let wi = (self.engine_from_light * local).normalize_or_zero();
+        let radiance = self.radiance_at(|| place(local).0, textures);
+        sample_at_infinity(wi, radiance, density_of_direction(pdf_st, sin_theta))
     }
 
     /// Radiance from a unit direction, and the density with which [`Self::sample`] for a surface
@@ -101,43 +112,47 @@ impl DomeLight {
         dir: Vec3,
         textures: &TextureStore,
     ) -> (Spectrum, f32) {
-        let Some((_, distribution)) = &self.picture else {
+        let Some(direct) = &self.direct else {
             let pdf = n.map_or(0.0, |n| warp::cosine_hemisphere_pdf(n.dot(dir)));
-            return (self.radiance, pdf);
+            return (self.radiance_at(|| self.place(dir).0, textures), pdf);
         };
-        let local = self.light_from_engine * dir;
-        let (st, sin_theta) = place(local);
-        let pdf = distribution.pdf(st) / (2.0 * PI * PI * sin_theta.max(1e-9));
-        (self.radiance_at(st, textures), pdf)
+        let (st, sin_theta) = self.place(dir);
+        let pdf = density_of_direction(direct.pdf(st), sin_theta.max(MIN_SIN_THETA));
+        (self.radiance_at(|| st, textures), pdf)
     }
 
     /// Bytes of what directions are chosen by.
     pub(super) fn n_bytes(&self) -> usize {
-        self.picture.as_ref().map_or(0, |(_, d)| d.n_bytes())
+        let emission = self.emission.get().and_then(Option::as_ref);
+        let both = [self.direct.as_ref(), emission];
+        both.into_iter()
+            .flatten()
+            .map(Distribution2d::n_bytes)
+            .sum()
     }
 
     /// A direction from which photons come: bright parts of the picture, or any of a constant dome.
     pub(super) fn sample_emission(&self, u: Vec2, textures: &TextureStore) -> Option<LightSample> {
-        if self.picture.is_some() {
-            // Where the surface looks that is lit makes no difference.
-            return self.sample(Vec3::Z, u, textures);
+        match self.emission(textures) {
+            Some(emission) => self.sample_picture(emission, u, textures),
+            None => sample_at_infinity(warp::uniform_sphere(u), self.radiance, 0.25 * INV_PI),
         }
-        Some(LightSample {
-            wi: warp::uniform_sphere(u),
-            distance: f32::INFINITY,
-            radiance: self.radiance,
-            pdf: 0.25 * INV_PI,
-            is_delta: false,
-        })
     }
 
     /// Density of [`Self::sample_emission`].
     pub(super) fn emission_pdf(&self, dir: Vec3, textures: &TextureStore) -> f32 {
-        if self.picture.is_some() {
-            self.radiance_and_pdf(None, dir, textures).1
-        } else {
-            0.25 * INV_PI
-        }
+        self.emission(textures).map_or(0.25 * INV_PI, |emission| {
+            let (st, sin_theta) = self.place(dir);
+            density_of_direction(emission.pdf(st), sin_theta.max(MIN_SIN_THETA))
+        })
+    }
+
+    fn emission(&self, textures: &TextureStore) -> Option<&Distribution2d> {
+        let made = self.emission.get_or_init(|| {
+            let picture = DomePicture::read(self.texture?, textures)?;
+            Some(picture.all_light())
+        });
+        made.as_ref()
     }
 
     /// Mean radiance over the sphere.
@@ -145,15 +160,49 @@ impl DomeLight {
         self.mean
     }
 
-    fn radiance_at(&self, st: Vec2, textures: &TextureStore) -> Spectrum {
-        let Some((texture, _)) = self.picture else {
+    /// Irradiance by what surfaces have to look for, if nothing is occluded.
+    pub(super) fn irradiance_to_find(&self) -> f32 {
+        self.weight() * PI * self.mean.luminance()
+    }
+
+    /// How much surfaces have to look for it, beside a light that they cannot meet by themselves.
+    pub(super) fn weight(&self) -> f32 {
+        self.peakedness.max(LEAST_PEAKEDNESS)
+    }
+
+    /// Radiance where the picture is looked up, if there is one.
+    fn radiance_at(&self, st: impl FnOnce() -> Vec2, textures: &TextureStore) -> Spectrum {
+        let Some(texture) = self.texture else {
             return self.radiance;
         };
-        let texel = textures.sample(texture, st, 0.0, [Wrap::Repeat, Wrap::Clamp]);
+        let texel = textures.sample(texture, st(), 0.0, [Wrap::Repeat, Wrap::Clamp]);
         texel.map_or(Spectrum::BLACK, |[r, g, b, _]| {
             self.radiance * Spectrum::new(r, g, b)
         })
     }
+
+    /// As [`place`], of a direction in the engine's space.
+    fn place(&self, dir: Vec3) -> (Vec2, f32) {
+        place(self.light_from_engine * dir)
+    }
+}
+
+fn sample_at_infinity(wi: Vec3, radiance: Spectrum, pdf: f32) -> Option<LightSample> {
+    (pdf > 0.0 && pdf.is_finite()).then_some(LightSample {
+        wi,
+        distance: f32::INFINITY,
+        radiance,
+        pdf,
+        is_delta: false,
+    })
+}
+
+/// At poles, where a row of texels is a point.
+const MIN_SIN_THETA: f32 = 1e-9;
+
+/// Per solid angle, of a density over texture coordinates.
+fn density_of_direction(pdf_st: f32, sin_theta: f32) -> f32 {
+    pdf_st / (2.0 * PI * PI * sin_theta)
 }
 
 /// Texture coordinates of a light-space direction: +z is the centre, +x a quarter turn to the
@@ -174,57 +223,4 @@ fn direction(st: Vec2) -> (Vec3, f32) {
         Vec3::new(sin_theta * sin_phi, cos_theta, sin_theta * cos_phi),
         sin_theta,
     )
-}
-
-/// A distribution over (s, t) that follows luminance times solid angle, and the mean radiance.
-fn picture_distribution(
-    texture: u32,
-    textures: &TextureStore,
-) -> Option<(Distribution2d, Spectrum)> {
-    let [width, _] = textures.resolution(texture)?;
-    let reduction = width.div_ceil(MAX_DISTRIBUTION_WIDTH);
-    let level = reduction.next_power_of_two().trailing_zeros();
-    let picture = textures.read_level(texture, level)?;
-    let (w, h, texels) = (
-        picture.width as usize,
-        picture.height as usize,
-        picture.texels,
-    );
-    let luminance = |x: usize, y: usize| {
-        let [r, g, b, _] = texels[y * w + x];
-        Spectrum::new(r, g, b).luminance().max(0.0)
-    };
-    let sin_theta = |y: usize| (PI * (y as f32 + 0.5) / h as f32).sin();
-    let mut sum = [0.0_f64; 3];
-    let mut weight_sum = 0.0_f64;
-    for y in 0..h {
-        for x in 0..w {
-            let weight = sin_theta(y) as f64;
-            weight_sum += weight;
-            for (sum, &texel) in sum.iter_mut().zip(&texels[y * w + x]) {
-                *sum += weight * texel as f64;
-            }
-        }
-    }
-    let mean = sum.map(|s| (s / weight_sum) as f32);
-    let mean = Spectrum::from(mean);
-    if mean.luminance() <= 0.0 || !mean.is_finite() {
-        return None;
-    }
-    // Filtering spreads a bright texel over its neighbours: they must not have low densities.
-    let floor = 1e-3 * mean.luminance();
-    let weights: Vec<f32> = (0..h)
-        .flat_map(|y| {
-            (0..w).map(move |x| {
-                let (left, right) = ((x + w - 1) % w, (x + 1) % w);
-                let (below, above) = (y.saturating_sub(1), (y + 1).min(h - 1));
-                let brightest = [y, below, above]
-                    .into_iter()
-                    .flat_map(|y| [luminance(left, y), luminance(x, y), luminance(right, y)])
-                    .fold(0.0, f32::max);
-                (0.9 * luminance(x, y) + 0.1 * brightest + floor) * sin_theta(y)
-            })
-        })
-        .collect();
-    Some((Distribution2d::new(w, h, &weights), mean))
 }

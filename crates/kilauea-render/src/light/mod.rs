@@ -9,6 +9,7 @@ mod connection;
 mod distant;
 mod distribution;
 mod dome;
+mod dome_picture;
 mod emission;
 mod emission_cone;
 mod emission_density;
@@ -30,7 +31,6 @@ use kilauea_accel::Ray;
 use kilauea_math::{Bounds3, Spectrum, Vec2, Vec3};
 use kilauea_scene::{Camera, Light, LightShape, Scene};
 use kilauea_texture::TextureStore;
-use std::f32::consts::PI;
 
 use crate::camera::eye;
 use crate::geometry::{Geometry, Interaction};
@@ -362,11 +362,19 @@ impl InfiniteLight {
         }
     }
 
+    /// Its part of what is shared evenly, as nothing is known of occlusion.
+    fn even_weight(&self) -> f32 {
+        match self {
+            Self::Distant(_) => 1.0,
+            Self::Dome(l) => l.weight(),
+        }
+    }
+
     /// Irradiance if nothing is occluded, without its sign; at most [`MAX_IMPORTANCE`].
     fn importance(&self, receiver: Receiver) -> f32 {
         let irradiance = match self {
             Self::Distant(l) => l.irradiance().luminance() * l.direction().dot(receiver.n).abs(),
-            Self::Dome(l) => PI * l.mean_radiance().luminance(),
+            Self::Dome(l) => l.irradiance_to_find(),
         };
         irradiance.abs().min(MAX_IMPORTANCE)
     }

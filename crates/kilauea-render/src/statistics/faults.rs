@@ -5,7 +5,10 @@ use kilauea_scene::LightShape;
 use kilauea_testing::Directions;
 
 use super::lights::light;
-use super::lit::{Lit, Sees, compare_density, irradiance_p_value, prepare, share_not_found};
+use super::lit::{
+    Lit, Sees, combined_irradiance_p_value, compare_density, irradiance_p_value, prepare,
+    share_not_found,
+};
 use crate::light::{ByImportance, ChosenLight, Emitted, Receiver};
 
 /// Lights with something wrong in them.
@@ -123,6 +126,23 @@ fn wrong_light_is_found() {
             let p = irradiance_p_value(seen, directions, 0);
             assert!(p < 1e-6, "{fault:?}: {p}");
             assert!(share_not_found(seen, 0) > 0.99, "{fault:?}");
+        });
+    }
+}
+
+#[test]
+fn light_that_two_strategies_lose_is_found() {
+    with_fault(Fault::None, |seen, directions| {
+        assert!(combined_irradiance_p_value(seen, directions, 0) > 1e-3);
+    });
+    for fault in [
+        Fault::DrawsTimes(1.02),
+        Fault::DensityTimes(1.3),
+        Fault::ChoiceForgotten,
+    ] {
+        with_fault(fault, |seen, directions| {
+            let p = combined_irradiance_p_value(seen, directions, 0);
+            assert!(p < 1e-6, "{fault:?}: {p}");
         });
     }
 }

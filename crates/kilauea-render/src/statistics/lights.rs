@@ -5,7 +5,9 @@ use kilauea_scene::{Light, LightShape, Shaping};
 use kilauea_testing::{Directions, Family, TileFile};
 use std::f64::consts::FRAC_PI_2;
 
-use super::lit::{Lit, compare_density, irradiance_p_value, prepare, share_not_found};
+use super::lit::{
+    Lit, combined_irradiance_p_value, compare_density, irradiance_p_value, prepare, share_not_found,
+};
 use crate::PreparedScene;
 use crate::light::{ByImportance, Receiver};
 
@@ -249,6 +251,18 @@ fn draws_carry_the_light_that_rays_find() {
     for case in cases() {
         case.for_each_receiver(|name, seen, directions| {
             let p = irradiance_p_value(seen, directions, family.len() as u32);
+            family.add(name, p);
+        });
+    }
+    family.check();
+}
+
+#[test]
+fn draws_and_rays_of_surfaces_together_carry_all_light() {
+    let mut family = Family::new("irradiance by two strategies");
+    for case in cases() {
+        case.for_each_receiver(|name, seen, directions| {
+            let p = combined_irradiance_p_value(seen, directions, 2 * family.len() as u32);
             family.add(name, p);
         });
     }

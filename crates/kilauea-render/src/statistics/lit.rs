@@ -1,7 +1,7 @@
 //! Lights as a point sees them: what is drawn toward them, and what a ray finds there.
 
 use kilauea_accel::Ray;
-use kilauea_math::{DVec3, Spectrum, Vec2, Vec3};
+use kilauea_math::{DVec3, Frame, Spectrum, Vec2, Vec3, warp};
 use kilauea_scene::{
     Camera, Channel, Input, Light, Material, MeshChunk, Node, Prototype, Scene, TextureSource,
     Visibility,
@@ -11,6 +11,7 @@ use kilauea_testing::{
 };
 
 use crate::geometry::View;
+use crate::integrator::power_heuristic;
 use crate::light::{ByImportance, ChosenLight, Emitted, LightChooser, Receiver};
 use crate::{PrepareOptions, PreparedScene};
 
@@ -109,21 +110,71 @@ pub(super) fn compare_density(
 }
 
 /// How often the irradiance by draws would be as far from the integral of the radiance that rays
-/// find. Without delta lights.
+/// find where draws have a density. Without delta lights.
 pub(super) fn irradiance_p_value(seen: &impl Sees, directions: &Directions, stream: u32) -> f64 {
     let of_draw = |i| {
         let light = seen.sample(uniforms(stream, i));
         light.filter(|l| !l.sample.is_delta).map_or(0.0, |l| {
-            let cosine = f64::from(l.sample.wi.dot(seen.n()).max(0.0));
-            project(l.sample.radiance) * cosine / f64::from(l.sample.pdf)
+            reflected(seen, l.sample.wi, l.sample.radiance) / f64::from(l.sample.pdf)
         })
     };
     let draws: Vec<f64> = (0..N_DRAWS).map(of_draw).collect();
-    let moments = Moments::of(&draws);
+    integral_p_value(&draws, seen, directions, |e| e.pdf > 0.0)
+}
+
+/// How often the irradiance by draws and by rays of a diffuse surface together, each weighted
+/// against the other, would be as far from the integral of all radiance that rays find. Without
+/// delta lights.
+pub(super) fn combined_irradiance_p_value(
+    seen: &impl Sees,
+    directions: &Directions,
+    stream: u32,
+) -> f64 {
+    let frame = Frame::from_z(seen.n());
+    let cosine_pdf = |wi: Vec3| warp::cosine_hemisphere_pdf(wi.dot(seen.n()));
+    let of_draw = |i| {
+        let light = seen.sample(uniforms(stream, i));
+        light.filter(|l| !l.sample.is_delta).map_or(0.0, |l| {
+            let weight = f64::from(power_heuristic(l.sample.pdf, cosine_pdf(l.sample.wi)));
+            weight * reflected(seen, l.sample.wi, l.sample.radiance) / f64::from(l.sample.pdf)
+        })
+    };
+    let of_ray = |i| {
+        let [x, y] = uniforms(stream + 1, i);
+        let wi = frame.from_local(warp::cosine_hemisphere(Vec2::new(x, y)));
+        let pdf = cosine_pdf(wi);
+        let mut sum = 0.0;
+        seen.for_each_arriving(wi, |e| {
+            let weight = f64::from(power_heuristic(pdf, e.pdf));
+            sum += weight * reflected(seen, wi, e.radiance) / f64::from(pdf);
+        });
+        sum
+    };
+    let draws: Vec<f64> = (0..N_DRAWS).map(|i| of_draw(i) + of_ray(i)).collect();
+    integral_p_value(&draws, seen, directions, |_| true)
+}
+
+/// What radiance from a direction adds to irradiance, per solid angle.
+fn reflected(seen: &impl Sees, wi: Vec3, radiance: Spectrum) -> f64 {
+    project(radiance) * f64::from(wi.dot(seen.n()).max(0.0))
+}
+
+/// How often the mean of samples would be as far from the integral of some of the light that arrives.
+fn integral_p_value(
+    samples: &[f64],
+    seen: &impl Sees,
+    directions: &Directions,
+    is_some: impl Fn(&Emitted) -> bool,
+) -> f64 {
+    let moments = Moments::of(samples);
     let along = |dir: Vec3| {
-        let mut radiance = Spectrum::BLACK;
-        seen.for_each_arriving(dir, |e| radiance += e.radiance);
-        project(radiance) * f64::from(dir.dot(seen.n()).max(0.0))
+        let mut sum = 0.0;
+        seen.for_each_arriving(dir, |e| {
+            if is_some(e) {
+                sum += reflected(seen, dir, e.radiance);
+            }
+        });
+        sum
     };
     let integral = integrate_over(directions, 3e-5 * moments.mean, along);
     moments.p_value(integral, 1e-3 * integral)

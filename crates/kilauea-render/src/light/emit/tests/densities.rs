@@ -34,11 +34,7 @@ fn direction_pdf(prepared: &PreparedScene, dir: Vec3) -> f64 {
     } else {
         match lights.infinite.first() {
             Some(InfiniteLight::Distant(l)) => l.radiance_and_pdf(-dir).map_or(0.0, |(_, pdf)| pdf),
-            Some(InfiniteLight::Dome(l)) => {
-                let (_, pdf) = l.radiance_and_pdf(None, -dir, &prepared.textures);
-                // Where there is no picture, all directions are as likely.
-                if pdf > 0.0 { pdf } else { 0.25 / PI }
-            }
+            Some(InfiniteLight::Dome(l)) => l.emission_pdf(-dir, &prepared.textures),
             None => {
                 let corner = |i: usize| Vec3::from_array(first_chunk(prepared).positions[i]);
                 let n = (corner(1) - corner(0)).cross(corner(2) - corner(0));
