@@ -4,7 +4,7 @@
 use kilauea_gather::Turn;
 
 use super::walk::{LightChooser, LightWalk, NotedWalk, takes_second};
-use super::{InfiniteLight, Lights, Receiver};
+use super::{Lights, Receiver};
 
 /// Share of choices that is even, as importance does not know what is occluded.
 const EVEN_SHARE: f32 = 0.25;
@@ -106,7 +106,7 @@ impl Lights {
         }
         let infinite: f32 = self.infinite.iter().map(|l| l.importance(receiver)).sum();
         let share = finite / (finite + infinite);
-        partly_even(1.0 / (self.even_weight() + 1.0), share)
+        partly_even(1.0 / (self.even_weight + 1.0), share)
     }
 
     /// The forks where one light at infinity is chosen over those after it.
@@ -133,11 +133,7 @@ impl Lights {
         } else {
             1.0 / n as f32
         };
-        partly_even(self.infinite[idx].even_weight() / self.even_weight(), share)
-    }
-
-    fn even_weight(&self) -> f32 {
-        self.infinite.iter().map(InfiniteLight::even_weight).sum()
+        partly_even(self.infinite[idx].even_weight() / self.even_weight, share)
     }
 }
 

@@ -19,7 +19,7 @@ pub(super) struct DomeLight {
     /// None of a constant dome.
     texture: Option<u32>,
     mean: Spectrum,
-    peakedness: f32,
+    prominence: f32,
     /// Over (s, t), what surfaces look for: what is brighter than the mean. None where nothing is.
     direct: Option<Distribution2d>,
     /// Over (s, t), where photons come from: all light. Made when the first one leaves; none of a
@@ -70,7 +70,10 @@ impl DomeLight {
             },
             texture: picture.as_ref().and(light.texture),
             mean,
-            peakedness: picture.as_ref().map_or(0.0, |p| p.peakedness),
+            prominence: picture
+                .as_ref()
+                .map_or(0.0, DomePicture::peakedness)
+                .max(LEAST_PEAKEDNESS),
             direct: picture.as_ref().and_then(DomePicture::above_mean),
             emission: OnceLock::new(),
             diffuse: light.diffuse,
@@ -116,8 +119,7 @@ impl DomeLight {
             let pdf = n.map_or(0.0, |n| warp::cosine_hemisphere_pdf(n.dot(dir)));
             return (self.radiance_at(|| self.place(dir).0, textures), pdf);
         };
-        let (st, sin_theta) = self.place(dir);
-        let pdf = density_of_direction(direct.pdf(st), sin_theta.max(MIN_SIN_THETA));
+        let (st, pdf) = self.place_and_pdf(direct, dir);
         (self.radiance_at(|| st, textures), pdf)
     }
 
@@ -141,10 +143,8 @@ impl DomeLight {
 
     /// Density of [`Self::sample_emission`].
     pub(super) fn emission_pdf(&self, dir: Vec3, textures: &TextureStore) -> f32 {
-        self.emission(textures).map_or(0.25 * INV_PI, |emission| {
-            let (st, sin_theta) = self.place(dir);
-            density_of_direction(emission.pdf(st), sin_theta.max(MIN_SIN_THETA))
-        })
+        let emission = self.emission(textures);
+        emission.map_or(0.25 * INV_PI, |e| self.place_and_pdf(e, dir).1)
     }
 
     fn emission(&self, textures: &TextureStore) -> Option<&Distribution2d> {
@@ -162,12 +162,12 @@ impl DomeLight {
 
     /// Irradiance by what surfaces have to look for, if nothing is occluded.
     pub(super) fn irradiance_to_find(&self) -> f32 {
-        self.weight() * PI * self.mean.luminance()
+        self.prominence * PI * self.mean.luminance()
     }
 
     /// How much surfaces have to look for it, beside a light that they cannot meet by themselves.
-    pub(super) fn weight(&self) -> f32 {
-        self.peakedness.max(LEAST_PEAKEDNESS)
+    pub(super) fn prominence(&self) -> f32 {
+        self.prominence
     }
 
     /// Radiance where the picture is looked up, if there is one.
@@ -179,6 +179,14 @@ impl DomeLight {
         texel.map_or(Spectrum::BLACK, |[r, g, b, _]| {
             self.radiance * Spectrum::new(r, g, b)
         })
+    }
+
+    /// Where a direction is in the picture, and the density with which [`Self::sample_picture`] draws
+    /// it.
+    fn place_and_pdf(&self, distribution: &Distribution2d, dir: Vec3) -> (Vec2, f32) {
+        let (st, sin_theta) = self.place(dir);
+        let pdf = density_of_direction(distribution.pdf(st), sin_theta.max(MIN_SIN_THETA));
+        (st, pdf)
     }
 
     /// As [`place`], of a direction in the engine's space.

@@ -20,9 +20,6 @@ pub(super) struct DomePicture {
     luminance: Vec<f32>,
     /// Radiance over the sphere.
     pub(super) mean: Spectrum,
-    /// How much of the light stands out, in [0, 1]: the root mean square of what is above the mean,
-    /// over that of all.
-    pub(super) peakedness: f32,
 }
 
 impl DomePicture {
@@ -38,15 +35,12 @@ impl DomePicture {
     fn of_texels(width: usize, texels: &[[f32; 4]]) -> Option<Self> {
         let height = texels.len() / width;
         let mean = mean(width, height, texels);
-        let mut picture = (mean.luminance() > 0.0 && mean.is_finite()).then(|| Self {
+        (mean.luminance() > 0.0 && mean.is_finite()).then(|| Self {
             width,
             height,
             luminance: spread_luminance(width, height, texels),
             mean,
-            peakedness: 0.0,
-        })?;
-        picture.peakedness = picture.measure_peakedness();
-        Some(picture)
+        })
     }
 
     /// A density that follows all light.
@@ -58,10 +52,13 @@ impl DomePicture {
     /// A density that follows what is brighter than the mean, and is zero elsewhere; none of a
     /// picture without contrast.
     pub(super) fn above_mean(&self) -> Option<Distribution2d> {
-        (self.peakedness > 0.0).then(|| self.following(|luminance| self.excess(luminance)))
+        let stands_out = self.luminance.iter().any(|&l| self.excess(l) > 0.0);
+        stands_out.then(|| self.following(|luminance| self.excess(luminance)))
     }
 
-    fn measure_peakedness(&self) -> f32 {
+    /// How much of the light stands out, in [0, 1]: the root mean square of what is above the mean,
+    /// over that of all.
+    pub(super) fn peakedness(&self) -> f32 {
         let (mut of_excess, mut of_all) = (0.0, 0.0);
         for (y, row) in self.luminance.chunks_exact(self.width).enumerate() {
             let solid_angle = f64::from(sin_theta(y, self.height));
@@ -159,16 +156,20 @@ mod tests {
     fn nothing_stands_out_of_a_picture_of_one_color() {
         let grey = picture(|_, _| 0.7);
         assert!((grey.mean.luminance() - 0.7).abs() < 1e-6);
-        assert_eq!(grey.peakedness, 0.0);
+        assert_eq!(grey.peakedness(), 0.0);
         assert!(grey.above_mean().is_none());
     }
 
     #[test]
     fn a_sun_stands_out() {
         let sunny = picture(|x, y| if (x, y) == (11, 5) { 1e4 } else { 1.0 });
-        assert!(sunny.peakedness > 0.98, "{}", sunny.peakedness);
+        assert!(sunny.peakedness() > 0.98, "{}", sunny.peakedness());
         let sky = picture(|_, y| if y < 4 { 0.5 } else { 1.5 });
-        assert!((0.2..0.6).contains(&sky.peakedness), "{}", sky.peakedness);
+        assert!(
+            (0.2..0.6).contains(&sky.peakedness()),
+            "{}",
+            sky.peakedness()
+        );
     }
 
     #[test]

@@ -108,6 +108,8 @@ pub struct Lights {
     mesh: MeshLights,
     tree: LightTree,
     infinite: Vec<InfiniteLight>,
+    /// Of those at infinity together, where a finite light has one.
+    even_weight: f32,
     /// Of area lights, then of those at infinity: their numbers in the scene.
     numbers_in_scene: Vec<u32>,
 }
@@ -163,6 +165,7 @@ impl Lights {
             area_bvh: AreaBvh::new(&bounds),
             area,
             mesh,
+            even_weight: infinite.iter().map(InfiniteLight::even_weight).sum(),
             infinite,
             numbers_in_scene,
         }
@@ -366,7 +369,7 @@ impl InfiniteLight {
     fn even_weight(&self) -> f32 {
         match self {
             Self::Distant(_) => 1.0,
-            Self::Dome(l) => l.weight(),
+            Self::Dome(l) => l.prominence(),
         }
     }
 

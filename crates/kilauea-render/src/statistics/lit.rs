@@ -12,7 +12,7 @@ use kilauea_testing::{
 
 use crate::geometry::View;
 use crate::integrator::power_heuristic;
-use crate::light::{ByImportance, ChosenLight, Emitted, LightChooser, Receiver};
+use crate::light::{ByImportance, ChosenLight, Emitted, LightChooser, LightSample, Receiver};
 use crate::{PrepareOptions, PreparedScene};
 
 const N_DRAWS: u32 = 8_000;
@@ -112,13 +112,9 @@ pub(super) fn compare_density(
 /// How often the irradiance by draws would be as far from the integral of the radiance that rays
 /// find where draws have a density. Without delta lights.
 pub(super) fn irradiance_p_value(seen: &impl Sees, directions: &Directions, stream: u32) -> f64 {
-    let of_draw = |i| {
-        let light = seen.sample(uniforms(stream, i));
-        light.filter(|l| !l.sample.is_delta).map_or(0.0, |l| {
-            reflected(seen, l.sample.wi, l.sample.radiance) / f64::from(l.sample.pdf)
-        })
-    };
-    let draws: Vec<f64> = (0..N_DRAWS).map(of_draw).collect();
+    let draws: Vec<f64> = (0..N_DRAWS)
+        .map(|i| irradiance_by_draw(seen, uniforms(stream, i), |_| 1.0))
+        .collect();
     integral_p_value(&draws, seen, directions, |e| e.pdf > 0.0)
 }
 
@@ -133,10 +129,8 @@ pub(super) fn combined_irradiance_p_value(
     let frame = Frame::from_z(seen.n());
     let cosine_pdf = |wi: Vec3| warp::cosine_hemisphere_pdf(wi.dot(seen.n()));
     let of_draw = |i| {
-        let light = seen.sample(uniforms(stream, i));
-        light.filter(|l| !l.sample.is_delta).map_or(0.0, |l| {
-            let weight = f64::from(power_heuristic(l.sample.pdf, cosine_pdf(l.sample.wi)));
-            weight * reflected(seen, l.sample.wi, l.sample.radiance) / f64::from(l.sample.pdf)
+        irradiance_by_draw(seen, uniforms(stream, i), |sample| {
+            power_heuristic(sample.pdf, cosine_pdf(sample.wi))
         })
     };
     let of_ray = |i| {
@@ -152,6 +146,15 @@ pub(super) fn combined_irradiance_p_value(
     };
     let draws: Vec<f64> = (0..N_DRAWS).map(|i| of_draw(i) + of_ray(i)).collect();
     integral_p_value(&draws, seen, directions, |_| true)
+}
+
+/// Irradiance by one draw, weighted. Without delta lights.
+fn irradiance_by_draw(seen: &impl Sees, u: [f32; 3], weight: impl Fn(&LightSample) -> f32) -> f64 {
+    let light = seen.sample(u).filter(|l| !l.sample.is_delta);
+    light.map_or(0.0, |ChosenLight { sample, .. }| {
+        let irradiance = reflected(seen, sample.wi, sample.radiance) / f64::from(sample.pdf);
+        f64::from(weight(&sample)) * irradiance
+    })
 }
 
 /// What radiance from a direction adds to irradiance, per solid angle.
