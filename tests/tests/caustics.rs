@@ -125,6 +125,8 @@ fn all_strategies_find_the_same_light() {
         "a point of a sun, nearly a mirror",
         &ball(metal(0.045), sun(0.0)),
     );
+    let coated = preview(&[("diffuseColor", &[0.2; 3]), ("clearcoat", &[1.0])]);
+    check("a coat in a low sun", &ball(coated, sun(10.0)));
     check(
         "a dome",
         &ball(clear(), light(LightShape::Dome, DMat4::IDENTITY)),

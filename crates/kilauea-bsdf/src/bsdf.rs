@@ -74,11 +74,28 @@ pub struct BsdfSample {
 }
 
 impl BsdfSample {
+    /// Whether it was drawn from a [`Mirror`].
+    #[inline]
+    pub fn is_mirrored(&self) -> bool {
+        self.is_delta && !self.is_transmission
+    }
+
     /// The throughput weight of both families of lobes together.
     #[inline]
     pub fn weight(&self) -> Spectrum {
         self.diffuse + self.specular
     }
+}
+
+/// All mirrors among the lobes: they reflect from one direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mirror {
+    /// The direction.
+    pub wi: Vec3,
+    /// Fraction of radiance that is reflected.
+    pub reflectance: Spectrum,
+    /// How likely [`SeenBsdf::sample`] draws from them.
+    pub probability: f32,
 }
 
 impl Bsdf {
@@ -223,6 +240,15 @@ impl SeenBsdf {
         match &self.lobes {
             SeenLobes::Lambert(..) => 1.0,
             SeenLobes::Layered(layered, view) => layered.probability_of_rough(view, min_roughness),
+        }
+    }
+
+    /// What is reflected as by a mirror; none where nothing is.
+    #[inline]
+    pub fn mirror(&self) -> Option<Mirror> {
+        match &self.lobes {
+            SeenLobes::Lambert(..) => None,
+            SeenLobes::Layered(layered, view) => layered.mirror(view, self.wo),
         }
     }
 

@@ -4,7 +4,7 @@ use crate::energy::{mean_albedo, split_sum};
 use crate::fresnel::{self, Dielectric, dielectric, f0_from_ior, schlick, schlick_weight};
 use crate::ggx::{Ggx, Half, MIN_ALPHA};
 use crate::side::Side;
-use crate::{BsdfEval, BsdfSample};
+use crate::{BsdfEval, BsdfSample, Mirror};
 
 /// What a layered surface is made of: a clear coat over a specular interface over a diffuse base,
 /// or over clear glass, or over a mix of the two.
@@ -152,8 +152,7 @@ impl Layered {
         pick -= p.diffuse;
         if pick < p.interface {
             if self.alpha == 0.0 {
-                let reflectance = self.interface_reflectance(view, view.cos_o) * view.below_coat;
-                return view.mirror(wo, reflectance, p.interface);
+                return view.reflection(wo, self.mirrored_by_interface(view), p.interface);
             }
             let wi = view.draw_reflection(self.alpha, wo, uv);
             return self.smooth_sample(view, wo, wi, self.alpha.sqrt());
@@ -161,13 +160,47 @@ impl Layered {
         pick -= p.interface;
         if pick < p.coat {
             if self.coat_alpha == 0.0 {
-                let reflectance = Spectrum::splat(self.coat_reflectance(view.cos_o));
-                return view.mirror(wo, reflectance, p.coat);
+                return view.reflection(wo, self.mirrored_by_coat(view), p.coat);
             }
             let wi = view.draw_reflection(self.coat_alpha, wo, uv);
             return self.smooth_sample(view, wo, wi, self.coat_alpha.sqrt());
         }
         (p.glass > 0.0).then(|| self.refraction(view, wo)).flatten()
+    }
+
+    /// All lobes that are mirrors.
+    #[inline]
+    pub(crate) fn mirror(&self, view: &View, wo: Vec3) -> Option<Mirror> {
+        let p = &view.probability;
+        let of_interface = self.alpha == 0.0 && p.interface > 0.0;
+        let of_coat = self.coat_alpha == 0.0 && p.coat > 0.0;
+        if !(of_interface || of_coat) {
+            return None;
+        }
+        let wi = fresnel::reflect(wo, view.side.frame.z);
+        view.side.reflected_cos(wi)?;
+        let mut mirror = Mirror {
+            wi,
+            reflectance: Spectrum::BLACK,
+            probability: 0.0,
+        };
+        if of_interface {
+            mirror.reflectance += self.mirrored_by_interface(view);
+            mirror.probability += p.interface;
+        }
+        if of_coat {
+            mirror.reflectance += self.mirrored_by_coat(view);
+            mirror.probability += p.coat;
+        }
+        Some(mirror)
+    }
+
+    fn mirrored_by_interface(&self, view: &View) -> Spectrum {
+        self.interface_reflectance(view, view.cos_o) * view.below_coat
+    }
+
+    fn mirrored_by_coat(&self, view: &View) -> Spectrum {
+        Spectrum::splat(self.coat_reflectance(view.cos_o))
     }
 
     /// Whether any lobe but mirrors and refraction is there.
@@ -415,7 +448,7 @@ impl View {
     }
 
     #[inline]
-    fn mirror(&self, wo: Vec3, reflectance: Spectrum, probability: f32) -> Option<BsdfSample> {
+    fn reflection(&self, wo: Vec3, reflectance: Spectrum, probability: f32) -> Option<BsdfSample> {
         let wi = fresnel::reflect(wo, self.side.frame.z);
         self.side.reflected_cos(wi).map(|_| BsdfSample {
             wi,

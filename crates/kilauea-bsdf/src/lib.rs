@@ -15,6 +15,6 @@ mod lambert;
 mod layered;
 mod side;
 
-pub use bsdf::{Bsdf, BsdfEval, BsdfSample, SeenBsdf};
+pub use bsdf::{Bsdf, BsdfEval, BsdfSample, Mirror, SeenBsdf};
 pub use fresnel::f0_from_ior;
 pub use layered::Layers;

@@ -42,6 +42,8 @@ scene_needs! {
     mesh_lights,
     /// Rays can meet light that comes from infinity.
     infinite_lights,
+    /// Light from infinity has bright spots: rays are aimed at those that mirrors show.
+    glints,
     /// Some shader reads an image.
     textures,
     /// Prototypes are placed. Skipped, with the next five, by what walks the trees.
@@ -95,6 +97,7 @@ impl SceneNeeds {
             area_lights: lights.has_area_lights(),
             mesh_lights: any_shader(Shader::is_emissive),
             infinite_lights: lights.rays_meet_infinite_lights(),
+            glints: lights.have_bright_spots(),
             textures: !scene.textures.is_empty(),
             instances: geometry.has_instances(),
             motion: !camera.later_world_from_camera.is_empty() || prototypes.iter().any(moves),

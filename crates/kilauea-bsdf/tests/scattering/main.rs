@@ -7,5 +7,6 @@ mod density;
 mod energy;
 mod faults;
 mod laws;
+mod mirrors;
 mod reciprocity;
 mod surfaces;

@@ -2,6 +2,7 @@
 //! (Kajiya 1986; Veach & Guibas 1995).
 
 use kilauea_accel::{Hit, Ray};
+use kilauea_bsdf::{Mirror, SeenBsdf};
 use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_spot::{Context, Program};
 use kilauea_texture::TextureStore;
@@ -111,6 +112,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             ray: camera_ray,
             cone: self.camera_cone,
             departure: None,
+            aims_by_mirror: false,
             throughput: Throughput::start(),
             media: self.camera_media,
             eye: self.merge.start(),
@@ -271,7 +273,8 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
     /// Adds the light of what surrounds the scene.
     #[inline]
     fn add_infinite_lights(&self, out: &mut PathSample, path: &Path<M, X::Eye>, depth: u32) {
-        if !self.needs.infinite_lights {
+        let is_known = path.departure.is_some_and(|d| d.has_aimed);
+        if !self.needs.infinite_lights || is_known {
             return;
         }
         self.lights.for_each_infinite(
@@ -376,6 +379,26 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
         // Here, as a vertex that was looked at would be kept for as long as its shade waits.
         let knowledge = self.guide.at(vertex.receiver());
         (vertex, knowledge)
+    }
+
+    /// The mirror by which a ray is aimed at a bright spot, if these lobes have one.
+    #[inline]
+    pub(super) fn glint(&self, bsdf: &SeenBsdf) -> Option<Mirror> {
+        let is_looked_for = self.needs.glints && G::AIMS_BY_MIRRORS;
+        is_looked_for
+            .then(|| self.lights.glint(bsdf, self.textures))
+            .flatten()
+    }
+
+    /// How many times brighter than on average light is that comes straight from a direction, as far
+    /// as that is known.
+    #[inline]
+    pub(super) fn contrast(&self, dir: Vec3) -> f32 {
+        if self.needs.glints {
+            self.lights.spot_contrast(dir, self.textures)
+        } else {
+            1.0
+        }
     }
 
     #[inline]

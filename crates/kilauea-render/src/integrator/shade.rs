@@ -1,7 +1,7 @@
 //! What a path tells a shader, and what becomes of the shader's questions.
 
 use kilauea_accel::{Ray, Visibility};
-use kilauea_bsdf::SeenBsdf;
+use kilauea_bsdf::{Mirror, SeenBsdf};
 use kilauea_math::{PackedSpectrum, Spectrum};
 use kilauea_shading::{Scattered, Shade, Surface};
 use kilauea_spot::{Context, Program};
@@ -56,6 +56,15 @@ struct DirectLight<R> {
     /// What lobes scatter of it toward the viewer, if nothing occludes it.
     diffuse: PackedSpectrum,
     specular: PackedSpectrum,
+    /// Seldom there: in a box, as room for it would be in the state of every path.
+    mirrored: Option<Box<MirroredLight<R>>>,
+}
+
+/// The light from infinity that a mirror shows, on its way.
+struct MirroredLight<R> {
+    occluded: R,
+    /// What arrives at the viewer, if nothing occludes it.
+    specular: Spectrum,
 }
 
 /// Shadow rays end this much before the light.
@@ -66,6 +75,7 @@ impl<R> DirectLight<R> {
         occluded: None,
         diffuse: PackedSpectrum::BLACK,
         specular: PackedSpectrum::BLACK,
+        mirrored: None,
     };
 }
 
@@ -74,19 +84,26 @@ impl<R: Future<Output = Answer> + Unpin> Future for DirectLight<R> {
 
     #[inline(always)]
     fn poll(mut self: Pin<&mut Self>, task: &mut task::Context<'_>) -> Poll<Scattered> {
-        let Some(occluded) = &mut self.occluded else {
-            return Poll::Ready(Scattered::NOTHING);
-        };
-        Pin::new(occluded).poll(task).map(|answer| {
+        if let Some(occluded) = &mut self.occluded {
+            let answer = task::ready!(Pin::new(occluded).poll(task));
+            self.occluded = None;
             if answer.is_occluded() {
-                return Scattered::NOTHING;
+                self.diffuse = PackedSpectrum::BLACK;
+                self.specular = PackedSpectrum::BLACK;
             }
-            Scattered {
-                diffuse: self.diffuse.unpack(),
-                specular: self.specular.unpack(),
-                ..Scattered::NOTHING
+        }
+        let mut light = Scattered {
+            diffuse: self.diffuse.unpack(),
+            specular: self.specular.unpack(),
+            ..Scattered::NOTHING
+        };
+        if let Some(mirrored) = &mut self.mirrored {
+            let answer = task::ready!(Pin::new(&mut mirrored.occluded).poll(task));
+            if !answer.is_occluded() {
+                light.specular += mirrored.specular;
             }
-        })
+        }
+        Poll::Ready(light)
     }
 }
 
@@ -111,9 +128,15 @@ where
         bsdf: &SeenBsdf,
     ) -> impl Future<Output = Scattered> + Unpin + use<'v, 'a, P, C, M, G, X, W, CUTOUTS> {
         self.see_bsdf(bsdf);
+        let glint = self.integrator.glint(bsdf);
         let merge = &self.integrator.merge;
-        merge.look_up(self.path, &self.vertex, bsdf, self.sampler);
-        self.sample_lights(bsdf).unwrap_or(DirectLight::NOTHING)
+        let lobes = (bsdf, glint.is_some());
+        merge.look_up(self.path, &self.vertex, lobes, self.sampler);
+        let mut light = self.sample_lights(bsdf).unwrap_or(DirectLight::NOTHING);
+        if let Some(mirror) = glint {
+            light.mirrored = self.aim_by_mirror(bsdf, &mirror);
+        }
+        light
     }
 
     // Inlined, it would move itself.
@@ -222,7 +245,50 @@ where
             occluded: Some(self.cx.ask(question)),
             diffuse: (radiance * diffuse).into(),
             specular: (radiance * specular).into(),
+            mirrored: None,
         })
+    }
+
+    /// Looks from where a mirror is to what is at infinity there. The path need not find it again.
+    #[inline(never)]
+    fn aim_by_mirror(
+        &mut self,
+        bsdf: &SeenBsdf,
+        mirror: &Mirror,
+    ) -> Option<Box<MirroredLight<C::Reply>>> {
+        let PathIntegrator {
+            geometry,
+            lights,
+            textures,
+            merge,
+            guide,
+            ..
+        } = self.integrator;
+        let (vertex, eye) = (&self.vertex, &self.path.eye);
+        let mut others = None;
+        let (_, rest_weight) = X::rest(eye).lobes(bsdf, &mut others)?;
+        let mut radiance = Spectrum::BLACK;
+        lights.for_each_infinite(mirror.wi, None, *guide, textures, |emitted| {
+            let weight = merge.weight_of_mirrored(eye, vertex, mirror, emitted.light);
+            radiance += emitted.radiance * (emitted.specular * weight.unwrap_or(1.0));
+        });
+        self.see(Step::LightSample, || radiance.is_finite());
+        // As the path would go on: what hides the light from it is what rays of surfaces meet.
+        let ray = vertex
+            .interaction
+            .spawn_ray(mirror.wi, f32::INFINITY, Visibility::INDIRECT);
+        self.counts.shadow += 1;
+        self.counts.invalid += u32::from(!ray.is_valid());
+        let media = &self.path.media;
+        let passed = media.transmittance(geometry, f32::INFINITY) * vertex.passed * rest_weight;
+        let least_priority = media.least_priority(geometry);
+        let question =
+            Question::occluded::<CUTOUTS>(&ray, least_priority, self.sampler, vertex.depth);
+        self.path.aims_by_mirror = true;
+        Some(Box::new(MirroredLight {
+            occluded: self.cx.ask(question),
+            specular: radiance * mirror.reflectance * passed,
+        }))
     }
 
     /// Chooses where the path goes on and asks what it hits there. All other light is known so far
@@ -243,9 +309,14 @@ where
             return PathLight::NOTHING;
         };
         let (knowledge, trail) = (&self.knowledge, &mut *self.trail);
-        let light = self
-            .path
-            .scatter::<G>(&self.vertex, lobes, self.sampler, knowledge, trail);
+        let integrator = self.integrator;
+        let light = self.path.scatter::<G>(
+            &self.vertex,
+            lobes,
+            self.sampler,
+            (knowledge, trail),
+            |dir| integrator.contrast(dir),
+        );
         self.see_scattered();
         if !light.goes_on {
             return light;

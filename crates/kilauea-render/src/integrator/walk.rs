@@ -2,19 +2,23 @@
 
 use kilauea_accel::{Ray, Visibility};
 use kilauea_bsdf::SeenBsdf;
-use kilauea_math::Spectrum;
 use kilauea_math::hash::unit_f32;
+use kilauea_math::{Spectrum, Vec3};
+use std::mem::take;
 
 use super::cone::RayCone;
 use super::guide::{Guide, Knowledge};
 use super::media::{Boundary, Media};
 use super::path_light::PathLight;
 use super::path_sample::PathSample;
-use super::roulette::survival;
+use super::roulette;
 use super::throughput::Throughput;
 use crate::geometry::Interaction;
 use crate::light::{Emitted, Receiver};
 use crate::sampler::{Purpose, Sampler};
+
+/// Rougher lobes leave bright spots to rays that are aimed at lights.
+const MAX_NARROW_ROUGHNESS: f32 = 0.25;
 
 /// A path on its way.
 #[derive(Clone, Copy)]
@@ -24,6 +28,8 @@ pub(crate) struct Path<M, E = ()> {
     pub(super) cone: RayCone,
     /// The vertex that the ray left; none of the camera's ray.
     pub(super) departure: Option<Departure>,
+    /// Whether a ray is aimed at what a mirror shows where the path has arrived.
+    pub(super) aims_by_mirror: bool,
     pub(super) throughput: Throughput,
     pub(super) media: M,
     /// What merging with photons needs to know of the way so far.
@@ -37,6 +43,8 @@ pub(crate) struct Departure {
     /// Density of the direction; irrelevant where no light sampling could have found it.
     pub(super) pdf: f32,
     pub(super) is_delta: bool,
+    /// Whether light from infinity along the ray is known by another ray that was aimed.
+    pub(super) has_aimed: bool,
 }
 
 /// A ray on its way from a vertex.
@@ -88,15 +96,16 @@ impl<M: Media, E> Path<M, E> {
         Some(Segment { departure, ray })
     }
 
-    /// Chooses where the path goes on, and whether it does.
+    /// Chooses where the path goes on, and whether it does; `contrast` is how much brighter than others
+    /// a direction is, so that it is not ended before bright light as if it brought little.
     #[inline]
     pub(super) fn scatter<G: Guide>(
         &mut self,
         vertex: &Vertex<'_, M>,
         bsdf: &SeenBsdf,
         sampler: &Sampler<'_>,
-        knowledge: &G::Knowledge,
-        trail: &mut G::Trail,
+        (knowledge, trail): (&G::Knowledge, &mut G::Trail),
+        contrast: impl FnOnce(Vec3) -> f32,
     ) -> PathLight {
         let depth = vertex.depth;
         let u_lobe = if bsdf.has_one_lobe() && !knowledge.chooses_directions() {
@@ -121,18 +130,23 @@ impl<M: Media, E> Path<M, E> {
             sample.diffuse * vertex.passed,
             sample.specular * vertex.passed,
         );
+        let has_aimed = take(&mut self.aims_by_mirror) && sample.is_mirrored();
         self.departure = Some(Departure {
             receiver,
             pdf: sample.pdf,
             is_delta: sample.is_delta,
+            has_aimed,
         });
         if !sample.is_delta {
             self.cone.scatter(sample.roughness);
         }
 
         // End dim paths by chance.
-        let undimmed = G::undimmed(trail, &drawn);
-        let survival = survival(depth, throughput.total(depth) * undimmed);
+        let undimmed = throughput.total(depth) * G::undimmed(trail, &drawn);
+        let mut survival = roulette::survival(depth, undimmed);
+        if survival < 1.0 && sample.roughness < MAX_NARROW_ROUGHNESS && !has_aimed {
+            survival = roulette::survival(depth, undimmed * contrast(sample.wi));
+        }
         if survival < 1.0 {
             if unit_f32(sampler.key(0x8000_0000 | depth)) >= survival {
                 return PathLight::NOTHING;

@@ -71,6 +71,11 @@ impl DistantLight {
             .then(|| (self.radiance, warp::uniform_cone_pdf(self.one_minus_cos)))
     }
 
+    /// Radiance within the cone.
+    pub(super) fn radiance(&self) -> Spectrum {
+        self.radiance
+    }
+
     /// Irradiance on a surface that faces the light.
     pub(super) fn irradiance(&self) -> Spectrum {
         if self.is_delta() {

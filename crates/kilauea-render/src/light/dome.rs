@@ -9,6 +9,8 @@ use std::sync::OnceLock;
 use super::LightSample;
 use super::distribution::Distribution2d;
 use super::dome_picture::DomePicture;
+use super::glint::MIN_CONTRAST;
+use super::spot_cone::SpotCone;
 
 /// A dome light.
 #[derive(Clone, Debug)]
@@ -19,6 +21,8 @@ pub(super) struct DomeLight {
     /// None of a constant dome.
     texture: Option<u32>,
     mean: Spectrum,
+    /// Around all that is by [`MIN_CONTRAST`] brighter than the mean, in the engine's space.
+    spots: Option<SpotCone>,
     prominence: f32,
     /// Over (s, t), what surfaces look for: what is brighter than the mean. None where nothing is.
     direct: Option<Distribution2d>,
@@ -70,6 +74,13 @@ impl DomeLight {
             },
             texture: picture.as_ref().and(light.texture),
             mean,
+            spots: picture.as_ref().and_then(|picture| {
+                let toward =
+                    |st| (engine_from_light.as_mat3() * direction(st).0).normalize_or_zero();
+                let dirs: Vec<Vec3> = picture.spots(MIN_CONTRAST).map(toward).collect();
+                // As texels are filtered.
+                SpotCone::around(&dirs, 2.0 * picture.texel_angle())
+            }),
             prominence: picture
                 .as_ref()
                 .map_or(0.0, DomePicture::peakedness)
@@ -90,7 +101,7 @@ impl DomeLight {
         }
         let local = warp::cosine_hemisphere(u);
         let wi = Frame::from_z(n).from_local(local);
-        let radiance = self.radiance_at(|| self.place(wi).0, textures);
+        let radiance = self.radiance_from(wi, textures);
         sample_at_infinity(wi, radiance, warp::cosine_hemisphere_pdf(local.z))
     }
 
@@ -117,10 +128,27 @@ impl DomeLight {
     ) -> (Spectrum, f32) {
         let Some(direct) = &self.direct else {
             let pdf = n.map_or(0.0, |n| warp::cosine_hemisphere_pdf(n.dot(dir)));
-            return (self.radiance_at(|| self.place(dir).0, textures), pdf);
+            return (self.radiance_from(dir, textures), pdf);
         };
         let (st, pdf) = self.place_and_pdf(direct, dir);
         (self.radiance_at(|| st, textures), pdf)
+    }
+
+    /// Whether there may be light from a unit direction that is by [`MIN_CONTRAST`] brighter than the
+    /// mean.
+    #[inline]
+    pub(super) fn may_have_spot(&self, dir: Vec3) -> bool {
+        self.spots.is_some_and(|spots| spots.contains(dir))
+    }
+
+    /// Whether there is any.
+    pub(super) fn has_spots(&self) -> bool {
+        self.spots.is_some()
+    }
+
+    /// Radiance from a unit direction.
+    pub(super) fn radiance_from(&self, dir: Vec3, textures: &TextureStore) -> Spectrum {
+        self.radiance_at(|| self.place(dir).0, textures)
     }
 
     /// Bytes of what directions are chosen by.

@@ -1,6 +1,6 @@
 //! The picture of a dome, as directions are chosen by it.
 
-use kilauea_math::Spectrum;
+use kilauea_math::{Spectrum, Vec2};
 use kilauea_texture::TextureStore;
 use std::f32::consts::PI;
 
@@ -70,6 +70,24 @@ impl DomePicture {
         (of_excess / of_all).sqrt() as f32
     }
 
+    /// Texels that are so many times brighter than the mean: where their middles are.
+    pub(super) fn spots(&self, contrast: f32) -> impl Iterator<Item = Vec2> {
+        let min_luminance = contrast * self.mean.luminance();
+        let size = Vec2::new(self.width as f32, self.height as f32);
+        let texels = self.luminance.iter().enumerate();
+        texels
+            .filter(move |(_, l)| **l > min_luminance)
+            .map(move |(idx, _)| {
+                let (x, y) = (idx % self.width, idx / self.width);
+                (Vec2::new(x as f32, y as f32) + 0.5) / size
+            })
+    }
+
+    /// The angle that texels are high, in radians.
+    pub(super) fn texel_angle(&self) -> f32 {
+        PI / self.height as f32
+    }
+
     fn excess(&self, luminance: f32) -> f32 {
         // Sums are rounded: what is no more than that is no contrast.
         (luminance - (1.0 + 1e-4) * self.mean.luminance()).max(0.0)
@@ -131,7 +149,6 @@ fn spread_luminance(width: usize, height: usize, texels: &[[f32; 4]]) -> Vec<f32
 #[cfg(test)]
 mod tests {
     use super::*;
-    use kilauea_math::Vec2;
 
     const WIDTH: usize = 16;
 

@@ -14,6 +14,7 @@ mod emission;
 mod emission_cone;
 mod emission_density;
 mod emit;
+mod glint;
 mod light_choice;
 mod likeliest;
 mod lit_box;
@@ -24,6 +25,7 @@ mod places;
 mod source;
 mod spherical_rect;
 mod spherical_triangle;
+mod spot_cone;
 mod tree;
 mod walk;
 
@@ -41,6 +43,7 @@ use choose::PickedLight;
 use distant::DistantLight;
 use dome::DomeLight;
 pub(crate) use emit::{EmittedPhoton, Emitter};
+use glint::Brightness;
 use mesh::MeshLights;
 use tree::{LightBounds, LightTree, MAX_IMPORTANCE};
 pub(crate) use walk::{ByCells, ByImportance, CellWalk, ImportanceWalk, LightChooser};
@@ -108,6 +111,7 @@ pub struct Lights {
     mesh: MeshLights,
     tree: LightTree,
     infinite: Vec<InfiniteLight>,
+    brightness: Brightness,
     /// Of those at infinity together, where a finite light has one.
     even_weight: f32,
     /// Of area lights, then of those at infinity: their numbers in the scene.
@@ -166,6 +170,7 @@ impl Lights {
             area,
             mesh,
             even_weight: infinite.iter().map(InfiniteLight::even_weight).sum(),
+            brightness: Brightness::of(&infinite),
             infinite,
             numbers_in_scene,
         }

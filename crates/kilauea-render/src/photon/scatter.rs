@@ -27,6 +27,13 @@ pub(super) struct ScatteredLight {
     pub(super) roughness: f32,
 }
 
+impl ScatteredLight {
+    /// Whether a mirror scattered it.
+    pub(super) fn is_mirrored(&self) -> bool {
+        self.is_delta && !self.is_transmission
+    }
+}
+
 /// Draws where light goes on that arrives from the unit vector `wi`; `ng` is the geometric normal on
 /// either side, `seen` is `bsdf` seen from `wi`.
 ///

@@ -235,7 +235,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             return false;
         }
         path.history = if self.is_specular(&scattered, seen) {
-            let reverse_pdf = self.reverse_pdf(path, vertex, &scattered);
+            let reverse_pdf = self.reverse_pdf(path, vertex, bsdf, &scattered);
             let cos_out = scattered.wo.dot(surface.ng).abs();
             path.history.reflected(scattered.pdf, reverse_pdf, cos_out)
         } else {
@@ -268,6 +268,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         &self,
         path: &LightPath<M>,
         vertex: &Vertex<'_, M>,
+        bsdf: &Bsdf,
         scattered: &ScatteredLight,
     ) -> f32 {
         if !path.history.is_straight() {
@@ -275,6 +276,12 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         }
         let by_scattering = if path.emitted.is_delta {
             0.0
+        } else if path.emitted.source.is_none()
+            && scattered.is_mirrored()
+            && self.emitter.is_glint(bsdf, scattered.wo)
+        {
+            // They connect by the mirror.
+            1.0
         } else {
             scattered.reverse_pdf
         };

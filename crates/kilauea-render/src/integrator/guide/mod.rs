@@ -20,6 +20,10 @@ pub(crate) use unguided::Unguided;
 
 /// What paths know, lights among it.
 pub(crate) trait Guide: LightChooser {
+    /// Whether rays are aimed at what mirrors show. Not where all that a vertex adds is told to be of
+    /// the light that it chose.
+    const AIMS_BY_MIRRORS: bool = true;
+
     /// What they know of one vertex.
     type Knowledge: Knowledge;
     /// What a path leaves of itself.

@@ -62,6 +62,8 @@ impl<'a> LightChooser for Training<'a> {
 }
 
 impl<'a> Guide for Training<'a> {
+    const AIMS_BY_MIRRORS: bool = false;
+
     type Knowledge = Known<'a>;
     type Trail = PathTrail;
 

@@ -1,6 +1,6 @@
 //! Caustics by merging, beside hitting and connecting to lights.
 
-use kilauea_bsdf::SeenBsdf;
+use kilauea_bsdf::{Mirror, SeenBsdf};
 use kilauea_math::{Spectrum, Vec3};
 use kilauea_photon::{EyeSubpath, SurfaceQuery};
 use kilauea_scene::Visibility;
@@ -242,6 +242,36 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
             .merging
             .weight_of_connection(d_light, hit_pdf, sample.pdf);
         Some(weight)
+    }
+
+    fn weight_of_mirrored<M>(
+        &self,
+        eye: &MergingEye,
+        vertex: &Vertex<'_, M>,
+        mirror: &Mirror,
+        light: Option<u32>,
+    ) -> Option<f32> {
+        let Stage::BehindRough {
+            subpath,
+            n_specular,
+        } = eye.stage
+        else {
+            return None;
+        };
+        if n_specular >= self.max_specular {
+            return None;
+        }
+        // There is always a ray, where light that comes the other way draws a lobe.
+        let probability = 1.0;
+        let surface = &vertex.interaction.surface;
+        let subpath = subpath.arrived(surface.wo.dot(surface.ng).abs()).scattered(
+            probability,
+            mirror.probability,
+            mirror.wi.dot(surface.ng).abs(),
+        );
+        let d_light = self.d_light(subpath, light?, surface.p, mirror.wi);
+        let merging = &self.gathering.merging;
+        Some(merging.weight_of_connection(d_light, 0.0, probability))
     }
 }
 

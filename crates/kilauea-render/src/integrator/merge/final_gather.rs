@@ -1,7 +1,7 @@
 //! Paths that end at their second rough vertex, with irradiance that is known there (Jensen 1996;
 //! Christensen 1999).
 
-use kilauea_bsdf::SeenBsdf;
+use kilauea_bsdf::{Mirror, SeenBsdf};
 use kilauea_math::hash::unit_f32;
 use kilauea_math::{INV_PI, Spectrum};
 use kilauea_photon::{RadianceCache, SurfaceQuery};
@@ -114,7 +114,7 @@ impl<X: Merge> Merge for FinalGather<'_, X> {
         &self,
         path: &mut Path<M, Self::Eye>,
         vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
+        (bsdf, shows_glint): (&SeenBsdf, bool),
         sampler: &Sampler<'_>,
     ) {
         if vertex.depth != DEPTH || !matches!(path.eye.stage, Stage::BehindRough) {
@@ -127,7 +127,11 @@ impl<X: Merge> Merge for FinalGather<'_, X> {
             let others = (bsdf.albedo() - bsdf.diffuse_albedo()).max(0.0);
             let arriving = path.throughput.arriving(DEPTH) * vertex.passed;
             path.eye.found = Some(light);
-            path.eye.stage = Stage::LookedUp(Self::rest(arriving * others, sampler));
+            path.eye.stage = Stage::LookedUp(if shows_glint {
+                Rest::Others { weight: 1.0 }
+            } else {
+                Self::rest(arriving * others, sampler)
+            });
         }
     }
 
@@ -204,5 +208,16 @@ impl<X: Merge> Merge for FinalGather<'_, X> {
         let eye = &eye.eye;
         self.merge
             .weight_of_connection(eye, vertex, bsdf, light, hit_pdf)
+    }
+
+    fn weight_of_mirrored<M>(
+        &self,
+        eye: &Self::Eye,
+        vertex: &Vertex<'_, M>,
+        mirror: &Mirror,
+        light: Option<u32>,
+    ) -> Option<f32> {
+        self.merge
+            .weight_of_mirrored(&eye.eye, vertex, mirror, light)
     }
 }

@@ -7,7 +7,7 @@ mod rest;
 mod source;
 mod unmerged;
 
-use kilauea_bsdf::SeenBsdf;
+use kilauea_bsdf::{Mirror, SeenBsdf};
 use kilauea_math::Spectrum;
 
 use super::guide::Knowledge;
@@ -38,13 +38,14 @@ pub(crate) trait Merge: Copy + Send + Sync {
     fn start(&self) -> Self::Eye;
 
     /// Looks up what diffuse lobes scatter at a vertex, where that is known beforehand, before anything
-    /// else is asked there. A shader asks for direct and for indirect light of the same lobes.
+    /// else is asked there. A shader asks for direct and for indirect light of the same lobes, of which
+    /// it is known whether they show a glint.
     #[inline(always)]
     fn look_up<M: Media>(
         &self,
         _path: &mut Path<M, Self::Eye>,
         _vertex: &Vertex<'_, M>,
-        _bsdf: &SeenBsdf,
+        _lobes: (&SeenBsdf, bool),
         _sampler: &Sampler<'_>,
     ) {
     }
@@ -104,5 +105,15 @@ pub(crate) trait Merge: Copy + Send + Sync {
         bsdf: &SeenBsdf,
         light: &ChosenLight,
         hit_pdf: f32,
+    ) -> Option<f32>;
+
+    /// Weight of light from infinity, of the light of a number, toward which a ray is aimed by a mirror
+    /// of a vertex, in place of that which the path draws; none where photons have no share in it.
+    fn weight_of_mirrored<M>(
+        &self,
+        eye: &Self::Eye,
+        vertex: &Vertex<'_, M>,
+        mirror: &Mirror,
+        light: Option<u32>,
     ) -> Option<f32>;
 }

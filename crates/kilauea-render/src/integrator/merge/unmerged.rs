@@ -1,6 +1,6 @@
 use std::future::ready;
 
-use kilauea_bsdf::SeenBsdf;
+use kilauea_bsdf::{Mirror, SeenBsdf};
 use kilauea_math::Spectrum;
 
 use super::Merge;
@@ -61,6 +61,17 @@ impl Merge for Unmerged {
         _: &SeenBsdf,
         _: &ChosenLight,
         _: f32,
+    ) -> Option<f32> {
+        None
+    }
+
+    #[inline(always)]
+    fn weight_of_mirrored<M>(
+        &self,
+        (): &(),
+        _: &Vertex<'_, M>,
+        _: &Mirror,
+        _: Option<u32>,
     ) -> Option<f32> {
         None
     }
