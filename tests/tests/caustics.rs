@@ -172,6 +172,50 @@ fn all_strategies_find_the_same_light() {
     family.check();
 }
 
+/// A ray that is aimed by a coat, the path that draws it and photons share the light of a spot. In the
+/// layer of the floor's indirect light alone, of which a coat brings a good part.
+#[test]
+fn what_a_coat_shows_of_the_sun_is_found_once() {
+    let sun = Light {
+        radiance: Spectrum::splat(100.0),
+        ..light(
+            LightShape::Distant {
+                angle_degrees: 10.0,
+            },
+            facing_down(0.0, 0.0, 0.0),
+        )
+    };
+    let coated = preview(&[("diffuseColor", &[0.1; 3]), ("clearcoat", &[1.0])]);
+    let stage = ball(coated, sun);
+    let indirect = |settings: &RenderSettings| {
+        let settings = RenderSettings {
+            aovs: vec!["indirect_diffuse".into()],
+            ..settings.clone()
+        };
+        let prepared = stage.prepare(&settings);
+        let mean = |seed| {
+            let settings = RenderSettings {
+                seed: settings.photons.found_by as u32 * 100 + seed,
+                ..settings.clone()
+            };
+            Picture::render(&prepared, settings).mean_of(CAUSTIC)
+        };
+        Moments::of(&(1..=12).map(mean).collect::<Vec<_>>())
+    };
+    let by_paths = indirect(&settings());
+    let mut family = Family::new("a coat in the sun");
+    for found_by in [
+        CausticStrategy::All,
+        CausticStrategy::Photons,
+        CausticStrategy::Paths,
+    ] {
+        let found = indirect(&consistent(found_by, RADIUS));
+        let p = welch_p(&by_paths, &found, 3e-3 * by_paths.mean);
+        family.add(format!("by {found_by:?}: {found:?}, {by_paths:?}"), p);
+    }
+    family.check();
+}
+
 /// Mean squared difference to a picture of the caustic on the floor, over seeds: that of the means
 /// of the pixels, without what their variance adds.
 fn squared_bias(stage: &Stage, radius: f32) -> f64 {

@@ -7,13 +7,13 @@ use kilauea_scene::{
     DataWindow, FilterKind, Integrator, Light, LightShape, RenderSettings, Shading, Visibility,
 };
 use kilauea_tests::{
-    Curves, Mesh, Picture, Placements, Points, Stage, black_emitter, glass, light, matte, preview,
-    rect_light, rel_mse, with_opacity,
+    Curves, Mesh, Picture, Placements, Points, Stage, black_emitter, facing_down, glass, light,
+    matte, preview, rect_light, rel_mse, with_opacity,
 };
 use std::sync::Arc;
 use std::time::Duration;
 
-/// A room that uses every feature: cutouts, glass, liquid in glass, meshes that shine, area lights, a dome,
+/// A room that uses every feature: cutouts, glass, liquid in glass, meshes that shine, area lights, a dome, a sun,
 /// instances that move, curves, points, a roof that the camera does not see, and a lens.
 fn everything() -> Stage {
     let mut stage = plain();
@@ -68,6 +68,13 @@ fn everything() -> Stage {
     stage.lights.push(Light {
         radiance: Spectrum::new(0.1, 0.2, 0.4),
         ..light(LightShape::Dome, DMat4::IDENTITY)
+    });
+    // Bright enough to be aimed at where glass mirrors it.
+    let sun = LightShape::Distant { angle_degrees: 4.0 };
+    let aslant = DMat4::from_rotation_z(0.4) * facing_down(0.0, 0.0, 0.0);
+    stage.lights.push(Light {
+        radiance: Spectrum::splat(20.0),
+        ..light(sun, aslant)
     });
     stage
 }
