@@ -172,21 +172,26 @@ fn all_strategies_find_the_same_light() {
     family.check();
 }
 
+/// A floor beside a coated wall that shows it a large sun.
+fn beside_coat() -> Stage {
+    let sun = LightShape::Distant {
+        angle_degrees: 30.0,
+    };
+    let aslant = DMat4::from_rotation_z(-0.8) * facing_down(0.0, 0.0, 0.0);
+    let mut stage = Stage::sphere_beside_wall();
+    stage.spheres.clear();
+    stage.materials[2] = preview(&[("diffuseColor", &[0.02; 3]), ("clearcoat", &[1.0])]);
+    stage.camera = perspective([1.5, 2.0, 0.0], [0.0, 0.0, 0.0], 0.45);
+    stage.lights.push(light(sun, aslant));
+    stage
+}
+
 /// A ray that is aimed by a coat, the path that draws it and photons share the light of a spot. In the
-/// layer of the floor's indirect light alone, of which a coat brings a good part.
+/// layer of the floor's indirect light alone, most of which a coat brings, and with so few photons that
+/// each of them has a share.
 #[test]
 fn what_a_coat_shows_of_the_sun_is_found_once() {
-    let sun = Light {
-        radiance: Spectrum::splat(100.0),
-        ..light(
-            LightShape::Distant {
-                angle_degrees: 10.0,
-            },
-            facing_down(0.0, 0.0, 0.0),
-        )
-    };
-    let coated = preview(&[("diffuseColor", &[0.1; 3]), ("clearcoat", &[1.0])]);
-    let stage = ball(coated, sun);
+    let stage = beside_coat();
     let indirect = |settings: &RenderSettings| {
         let settings = RenderSettings {
             aovs: vec!["indirect_diffuse".into()],
@@ -195,12 +200,12 @@ fn what_a_coat_shows_of_the_sun_is_found_once() {
         let prepared = stage.prepare(&settings);
         let mean = |seed| {
             let settings = RenderSettings {
-                seed: settings.photons.found_by as u32 * 100 + seed,
+                seed: settings.photons.found_by as u32 * 1000 + seed,
                 ..settings.clone()
             };
             Picture::render(&prepared, settings).mean_of(CAUSTIC)
         };
-        Moments::of(&(1..=12).map(mean).collect::<Vec<_>>())
+        Moments::of(&(1..=96).map(mean).collect::<Vec<_>>())
     };
     let by_paths = indirect(&settings());
     let mut family = Family::new("a coat in the sun");
@@ -209,7 +214,9 @@ fn what_a_coat_shows_of_the_sun_is_found_once() {
         CausticStrategy::Photons,
         CausticStrategy::Paths,
     ] {
-        let found = indirect(&consistent(found_by, RADIUS));
+        let mut few = consistent(found_by, RADIUS);
+        few.photons.emitted_per_sample = Some(100);
+        let found = indirect(&few);
         let p = welch_p(&by_paths, &found, 3e-3 * by_paths.mean);
         family.add(format!("by {found_by:?}: {found:?}, {by_paths:?}"), p);
     }
