@@ -177,10 +177,8 @@ impl Layered {
         if !(of_interface || of_coat) {
             return None;
         }
-        let wi = fresnel::reflect(wo, view.side.frame.z);
-        view.side.reflected_cos(wi)?;
         let mut mirror = Mirror {
-            wi,
+            wi: view.mirror_direction(wo)?,
             reflectance: Spectrum::BLACK,
             probability: 0.0,
         };
@@ -447,10 +445,16 @@ impl View {
         frame.from_local(wi)
     }
 
+    /// None where the true surface hides it.
+    #[inline]
+    fn mirror_direction(&self, wo: Vec3) -> Option<Vec3> {
+        let wi = fresnel::reflect(wo, self.side.frame.z);
+        self.side.reflected_cos(wi).map(|_| wi)
+    }
+
     #[inline]
     fn reflection(&self, wo: Vec3, reflectance: Spectrum, probability: f32) -> Option<BsdfSample> {
-        let wi = fresnel::reflect(wo, self.side.frame.z);
-        self.side.reflected_cos(wi).map(|_| BsdfSample {
+        self.mirror_direction(wo).map(|wi| BsdfSample {
             wi,
             diffuse: Spectrum::BLACK,
             specular: reflectance / probability,

@@ -79,6 +79,18 @@ impl<S> CausticMerge<'_, S> {
         met_by & Visibility::INDIRECT == Visibility::NONE
     }
 
+    /// The part of a path behind its rough vertex, where one more specular surface is not too many for
+    /// photons.
+    fn before_specular(&self, eye: &MergingEye) -> Option<EyeSubpath> {
+        match eye.stage {
+            Stage::BehindRough {
+                subpath,
+                n_specular,
+            } if n_specular < self.max_specular => Some(subpath),
+            _ => None,
+        }
+    }
+
     /// The part of a path behind its rough vertex that goes on from a specular one to `wi`, which it
     /// chose with the density `pdf`; `is_delta` if there was no other direction.
     fn extend<M>(
@@ -219,14 +231,8 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         light: &ChosenLight,
         hit_pdf: f32,
     ) -> Option<f32> {
-        let Stage::BehindRough {
-            subpath,
-            n_specular,
-        } = eye.stage
-        else {
-            return None;
-        };
-        if n_specular >= self.max_specular || !is_specular(false, bsdf) {
+        let subpath = self.before_specular(eye)?;
+        if !is_specular(false, bsdf) {
             return None;
         }
         let sample = &light.sample;
@@ -251,16 +257,7 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         mirror: &Mirror,
         light: Option<u32>,
     ) -> Option<f32> {
-        let Stage::BehindRough {
-            subpath,
-            n_specular,
-        } = eye.stage
-        else {
-            return None;
-        };
-        if n_specular >= self.max_specular {
-            return None;
-        }
+        let subpath = self.before_specular(eye)?;
         // There is always a ray, where light that comes the other way draws a lobe.
         let probability = 1.0;
         let surface = &vertex.interaction.surface;
