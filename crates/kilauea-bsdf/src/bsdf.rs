@@ -209,6 +209,28 @@ impl SeenBsdf {
         }
     }
 
+    /// What lobes narrower than a roughness scatter of [`Self::eval`].
+    #[inline]
+    pub fn eval_narrow(&self, wi: Vec3, end_roughness: f32) -> Spectrum {
+        match &self.lobes {
+            SeenLobes::Lambert(..) => Spectrum::BLACK,
+            SeenLobes::Layered(layered, view) => {
+                layered.eval_narrow(view, self.wo, wi, end_roughness * end_roughness)
+            }
+        }
+    }
+
+    /// Whether [`Self::eval_narrow`] can be anything but zero.
+    #[inline]
+    pub fn has_narrow_lobes(&self, end_roughness: f32) -> bool {
+        match &self.lobes {
+            SeenLobes::Lambert(..) => false,
+            SeenLobes::Layered(layered, _) => {
+                layered.has_narrow_lobes(end_roughness * end_roughness)
+            }
+        }
+    }
+
     /// Whether [`Self::eval`] can be anything but zero; if not, asking lights is pointless.
     #[inline]
     pub fn has_smooth_lobes(&self) -> bool {
@@ -218,13 +240,14 @@ impl SeenBsdf {
         }
     }
 
-    /// Roughness of the roughest lobe, 1 for diffuse ones; none where all lobes are mirrors and
-    /// refraction.
+    /// Whether there are lobes of at least that roughness, which is 1 of diffuse ones.
     #[inline]
-    pub fn max_roughness(&self) -> Option<f32> {
+    pub fn has_rough_lobes(&self, min_roughness: f32) -> bool {
         match &self.lobes {
-            SeenLobes::Lambert(lambert, _) => (!lambert.albedo.is_black()).then_some(1.0),
-            SeenLobes::Layered(layered, _) => layered.max_roughness(),
+            SeenLobes::Lambert(lambert, _) => !lambert.albedo.is_black(),
+            SeenLobes::Layered(layered, _) => {
+                layered.has_rough_lobes(min_roughness * min_roughness)
+            }
         }
     }
 
@@ -240,6 +263,15 @@ impl SeenBsdf {
         match &self.lobes {
             SeenLobes::Lambert(..) => 1.0,
             SeenLobes::Layered(layered, view) => layered.probability_of_rough(view, min_roughness),
+        }
+    }
+
+    /// How likely [`Self::sample`] draws from a diffuse lobe.
+    #[inline]
+    pub fn probability_of_diffuse(&self) -> f32 {
+        match &self.lobes {
+            SeenLobes::Lambert(..) => 1.0,
+            SeenLobes::Layered(_, view) => Layered::probability_of_diffuse(view),
         }
     }
 

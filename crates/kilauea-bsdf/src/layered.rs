@@ -206,18 +206,17 @@ impl Layered {
         !self.diffuse.is_black() || self.has_smooth_interface() || self.has_smooth_coat()
     }
 
-    /// Roughness of the roughest lobe but mirrors and refraction.
-    pub(crate) fn max_roughness(&self) -> Option<f32> {
-        if !self.diffuse.is_black() {
-            return Some(1.0);
-        }
-        let alpha = match (self.has_smooth_interface(), self.has_smooth_coat()) {
-            (true, true) => self.alpha.max(self.coat_alpha),
-            (true, false) => self.alpha,
-            (false, true) => self.coat_alpha,
-            (false, false) => return None,
-        };
-        Some(alpha.sqrt())
+    /// Whether there are lobes of at least that alpha.
+    pub(crate) fn has_rough_lobes(&self, min_alpha: f32) -> bool {
+        !self.diffuse.is_black()
+            || (self.has_smooth_interface() && self.alpha >= min_alpha)
+            || (self.has_smooth_coat() && self.coat_alpha >= min_alpha)
+    }
+
+    /// Whether lobes below an alpha are there that are no mirrors.
+    pub(crate) fn has_narrow_lobes(&self, end_alpha: f32) -> bool {
+        (self.has_smooth_interface() && self.alpha < end_alpha)
+            || (self.has_smooth_coat() && self.coat_alpha < end_alpha)
     }
 
     /// Whether the interface or the glass under it reflects other than as a mirror.
@@ -262,6 +261,11 @@ impl Layered {
     /// What the diffuse base takes of light from the viewer's direction.
     pub(crate) fn diffuse_reception(&self, view: &View) -> Spectrum {
         view.below_interface * self.diffuse_scale * view.cos_o
+    }
+
+    /// Probability of the diffuse base.
+    pub(crate) fn probability_of_diffuse(view: &View) -> f32 {
+        view.probability.diffuse
     }
 
     /// All but the diffuse base; none where that is all.
@@ -377,13 +381,38 @@ impl Layered {
             eval.diffuse = self.diffuse * coupling * (view.below_coat * cosine_pdf);
             eval.pdf = p.diffuse * cosine_pdf;
         }
-        let smooth_interface = self.alpha > 0.0 && p.interface > 0.0;
-        let smooth_coat = self.coat_alpha > 0.0 && p.coat > 0.0;
+        self.add_reflection(&mut eval, view, (wo, wi), cos_i, f32::INFINITY);
+        eval
+    }
+
+    /// What lobes below an alpha, that are no mirrors, scatter of [`Self::eval`].
+    pub(crate) fn eval_narrow(&self, view: &View, wo: Vec3, wi: Vec3, end_alpha: f32) -> Spectrum {
+        let mut eval = BsdfEval::ZERO;
+        if let Some(cos_i) = view.side.reflected_cos(wi) {
+            self.add_reflection(&mut eval, view, (wo, wi), cos_i.min(1.0), end_alpha);
+        }
+        eval.specular
+    }
+
+    /// Adds what interface and coat reflect, as far as their alpha is below `end_alpha`.
+    #[inline(always)]
+    fn add_reflection(
+        &self,
+        eval: &mut BsdfEval,
+        view: &View,
+        (wo, wi): (Vec3, Vec3),
+        cos_i: f32,
+        end_alpha: f32,
+    ) {
+        let p = &view.probability;
+        let is_smooth = |alpha: f32| alpha > 0.0 && alpha < end_alpha;
+        let smooth_interface = is_smooth(self.alpha) && p.interface > 0.0;
+        let smooth_coat = is_smooth(self.coat_alpha) && p.coat > 0.0;
         if !(smooth_interface || smooth_coat) {
-            return eval;
+            return;
         }
         let Some(half) = Half::between(view.side.frame.z, wo, wi) else {
-            return eval;
+            return;
         };
         if smooth_interface {
             let facets = Ggx::new(self.alpha, view.cos_o).eval(&half, cos_i);
@@ -397,7 +426,6 @@ impl Layered {
             eval.specular += Spectrum::splat(reflectance * facets.f_cos);
             eval.pdf += p.coat * facets.pdf;
         }
-        eval
     }
 
     /// The sample for a direction drawn from a smooth lobe, weighted by all of them.

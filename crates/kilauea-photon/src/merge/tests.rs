@@ -170,3 +170,8 @@ fn photons_that_nothing_else_makes_keep_all_their_weight() {
     let merging = Merging::new(1000, 0.1, 0.1);
     assert_eq!(merging.weight_of_photon(0.0, 3.0), 1.0);
 }
+
+#[test]
+fn photons_that_nothing_is_left_to_have_no_weight_where_no_path_goes_either() {
+    assert_eq!(Merging::never().weight_of_photon(3.0, 0.0), 0.0);
+}

@@ -65,6 +65,7 @@ impl Merging {
     }
 
     fn kept_share(self, share: f32) -> f32 {
-        if share < self.min_share { 0.0 } else { share }
+        // None where nothing finds the path at all, which is not a number.
+        if share >= self.min_share { share } else { 0.0 }
     }
 }

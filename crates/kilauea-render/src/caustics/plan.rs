@@ -27,8 +27,8 @@ pub(crate) struct CausticPlan<'a> {
     pub(super) kept_per_path: f64,
 }
 
-/// Paths that lights send out for each sample of a pixel: measured, see decision 022.
-const EMITTED_PER_PIXEL: u32 = 1;
+/// Samples of pixels for each path that lights send out: measured, see decision 022.
+const SAMPLES_PER_PATH: u32 = 8;
 /// A frame of few photons aims by one in so many more.
 const PILOT_SHARE: u32 = 8;
 /// Apart from the numbers of all samples, whose photons have seeds by them.
@@ -91,16 +91,11 @@ impl<'a> CausticPlan<'a> {
             return Ok(Ok(plan(emitter, radius, 1.0)));
         }
 
-        // Do photons pay, and where do they have to go?
+        // Where do photons have to go?
         let Pilot {
-            importons,
-            traced,
-            benefit,
+            importons, traced, ..
         } = pilot(prepared, settings.resolution, &request, share)?;
         frame.lock_outcome().add_photons(&traced);
-        if let Some(reason) = benefit.why_no_caustics() {
-            return Ok(Err(vec![reason]));
-        }
         let emitter = emitter.aimed_by(&traced.useful_rays);
 
         // How dense are they then?
@@ -154,9 +149,5 @@ fn pilot_request(settings: &RenderSettings, n_threads: usize) -> PhotonRequest {
 pub(super) fn n_per_sample(settings: &RenderSettings) -> u32 {
     let [width, height] = settings.resolution;
     let asked = settings.photons.emitted_per_sample;
-    asked.unwrap_or_else(|| {
-        width
-            .saturating_mul(height)
-            .saturating_mul(EMITTED_PER_PIXEL)
-    })
+    asked.unwrap_or_else(|| width.saturating_mul(height).div_ceil(SAMPLES_PER_PATH))
 }

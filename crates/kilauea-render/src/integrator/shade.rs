@@ -227,17 +227,20 @@ where
             self.knowledge.pdf(lobes, sample.wi, eval.pdf)
         };
         let (merge, eye) = (&self.integrator.merge, &self.path.eye);
-        let weight = merge
-            .weight_of_connection(eye, &self.vertex, bsdf, &light, hit_pdf)
-            .unwrap_or_else(|| power_heuristic(sample.pdf, hit_pdf));
+        let weight = power_heuristic(sample.pdf, hit_pdf);
+        let (diffuse, mut specular) = (diffuse * weight, specular * weight);
+        let shared = merge.weight_of_connection(eye, &self.vertex, bsdf, &light, hit_pdf);
+        if let Some(shared) = shared {
+            let narrow = shared.narrow * light.specular;
+            specular = (specular + narrow * (shared.weight - weight)).max(0.0);
+        }
         self.counts.shadow += 1;
         self.counts.invalid += u32::from(!shadow_ray.is_valid());
         // Smooth lobes reflect, so the light comes through the medium in which the path came.
         let media = &self.path.media;
         let least_priority = media.least_priority(geometry);
         let unabsorbed = media.transmittance(geometry, sample.distance) * *passed;
-        let weight = weight * rest_weight;
-        let radiance = sample.radiance * unabsorbed * (weight / sample.pdf);
+        let radiance = sample.radiance * unabsorbed * (rest_weight / sample.pdf);
         self.see(Step::LightSample, || radiance.is_finite());
         let question =
             Question::occluded::<CUTOUTS>(&shadow_ray, least_priority, self.sampler, *depth);
@@ -328,8 +331,11 @@ where
         if let Some(departure) = &path.departure {
             let ray = &path.ray;
             let way = Segment { departure, ray };
-            let merge = &self.integrator.merge;
-            merge.depart(&mut path.eye, way, &self.vertex, bsdf);
+            let (merge, eye) = (&self.integrator.merge, &mut path.eye);
+            let shares = merge.depart(eye, way, &self.vertex, [bsdf, lobes], self.sampler);
+            if shares != [Spectrum::ONE; 2] {
+                path.throughput.scale_last_by_lobes(depth, shares);
+            }
         }
         self.counts.indirect += 1;
         let question = Question::closest::<CUTOUTS>(&self.path.ray, self.sampler, depth + 1);

@@ -80,11 +80,16 @@ impl Throughput {
 
     /// Scales the event at the vertex after `depth` events.
     pub(super) fn scale_last(&mut self, depth: u32, factor: Spectrum) {
-        self.last_diffuse *= factor;
-        self.last_specular *= factor;
+        self.scale_last_by_lobes(depth, [factor; 2]);
+    }
+
+    /// The same for what diffuse lobes scattered and what others did.
+    pub(super) fn scale_last_by_lobes(&mut self, depth: u32, [diffuse, specular]: [Spectrum; 2]) {
+        self.last_diffuse *= diffuse;
+        self.last_specular *= specular;
         if depth == 0 {
-            self.first_diffuse *= factor;
-            self.first_specular *= factor;
+            self.first_diffuse *= diffuse;
+            self.first_specular *= specular;
         }
     }
 

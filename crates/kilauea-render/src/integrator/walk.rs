@@ -47,6 +47,13 @@ pub(crate) struct Departure {
     pub(super) has_aimed: bool,
 }
 
+impl Departure {
+    /// The same where the direction counts as drawn with another density.
+    pub(super) fn with_pdf(self, pdf: f32) -> Self {
+        Self { pdf, ..self }
+    }
+}
+
 /// A ray on its way from a vertex.
 #[derive(Clone, Copy)]
 pub(crate) struct Segment<'a> {

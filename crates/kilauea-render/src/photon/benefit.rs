@@ -18,9 +18,6 @@ pub(crate) const N_PILOT: u32 = 1 << 15;
 pub(crate) const IMPORTON_BLOCK: u32 = 4;
 /// Photons that an estimate takes.
 const N_NEAREST: NonZeroUsize = NonZeroUsize::new(32).expect("not zero");
-/// Least share of the light of an image that is worth a map of caustic photons: what a path tracer
-/// finds of it are fireflies.
-const MIN_CAUSTIC_SHARE: f64 = 2e-3;
 /// Least share of the light of an image that is worth a map of global photons.
 const MIN_INDIRECT_SHARE: f64 = 0.05;
 
@@ -155,20 +152,20 @@ fn scattered_to_camera(importons: &[Importon], map: &PhotonMap) -> f64 {
 }
 
 impl PhotonBenefit {
-    /// Why caustic photons are not worth it, if they are not.
-    pub(crate) fn why_no_caustics(&self) -> Option<String> {
-        (!self.caustic).then(|| too_little("caustic", self.shares.caustic, MIN_CAUSTIC_SHARE))
-    }
-
     fn of(shares: LightShares) -> Self {
-        let caustic = shares.caustic >= MIN_CAUSTIC_SHARE;
+        // However little it is, paths find it as fireflies.
+        let caustic = shares.caustic > 0.0;
         let global = shares.indirect >= MIN_INDIRECT_SHARE;
         let mut skipped = Vec::new();
         if !caustic {
-            skipped.push(too_little("caustic", shares.caustic, MIN_CAUSTIC_SHARE));
+            skipped.push("caustic photons: none arrive where they are seen".into());
         }
         if !global {
-            skipped.push(too_little("global", shares.indirect, MIN_INDIRECT_SHARE));
+            skipped.push(format!(
+                "global photons: they bring {:.2} % of the light, less than {:.1} %",
+                100.0 * shares.indirect,
+                100.0 * MIN_INDIRECT_SHARE
+            ));
         }
         Self {
             shares,
@@ -177,12 +174,4 @@ impl PhotonBenefit {
             skipped,
         }
     }
-}
-
-fn too_little(class: &str, share: f64, least: f64) -> String {
-    format!(
-        "{class} photons: they bring {:.2} % of the light, less than {:.1} %",
-        100.0 * share,
-        100.0 * least
-    )
 }

@@ -212,7 +212,7 @@ impl<const CUTOUTS: bool, M: Media> ImportonTracer<'_, CUTOUTS, M> {
         let _shading = self.blame.shading(interaction.at);
         let seen = interaction.shader.bsdf(surface).seen_from(surface.wo);
         let traveller = &mut path.traveller;
-        if seen.max_roughness() >= Some(MIN_ROUGHNESS) {
+        if seen.has_rough_lobes(MIN_ROUGHNESS) {
             left.push(Importon {
                 block: number,
                 n_rough: path.n_rough,

@@ -13,6 +13,7 @@ mod history;
 mod horizons;
 mod importon;
 mod left_wire;
+mod lobes;
 mod meeting;
 mod part;
 mod picture;
@@ -22,12 +23,12 @@ mod surfaces;
 mod trace;
 mod tracer;
 
-use kilauea_bsdf::SeenBsdf;
-
 pub(crate) use benefit::{IMPORTON_BLOCK, N_PILOT, Pilot, pilot};
 pub use benefit::{LightShares, PhotonBenefit, photon_benefit};
 pub use counts::PhotonCounts;
 pub use importon::{Importon, ImportonRequest, trace_importons};
+pub use lobes::MIN_ROUGHNESS;
+pub(crate) use lobes::{DrawnLobes, is_specular};
 pub(crate) use part::DividedPaths;
 pub use part::PhotonPart;
 pub use picture::photon_picture;
@@ -38,15 +39,3 @@ pub(crate) use trace::{
     TracedArrivals, trace_arrivals, trace_caustic_photons, trace_irradiance, trace_photons_shared,
     trace_scouts,
 };
-
-/// Roughness from which on a surface keeps photons, and below which scattering is specular for the
-/// classes of photons: lobes that are narrower see too few photons of a map.
-pub const MIN_ROUGHNESS: f32 = 0.05;
-
-/// Whether scattering counts as specular: as a mirror does, or by a surface without any rough lobe.
-///
-/// Not by the lobe that was drawn, so that a path is of one class however it was found: several
-/// lobes of a surface may scatter into one direction.
-pub(crate) fn is_specular(is_delta: bool, bsdf: &SeenBsdf) -> bool {
-    is_delta || bsdf.max_roughness() < Some(MIN_ROUGHNESS)
-}

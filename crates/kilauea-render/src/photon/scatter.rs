@@ -3,6 +3,7 @@
 use kilauea_bsdf::{Bsdf, BsdfSample, SeenBsdf};
 use kilauea_math::{Spectrum, Vec2, Vec3};
 
+use super::MIN_ROUGHNESS;
 use super::horizons::BetweenHorizons;
 
 /// Light that leaves a surface, as shares of what arrived.
@@ -14,6 +15,8 @@ pub(super) struct ScatteredLight {
     pub(super) diffuse: Spectrum,
     /// What all other lobes made of it.
     pub(super) specular: Spectrum,
+    /// What narrow lobes made of it, a part of that.
+    pub(super) narrow: Spectrum,
     /// Density of `wo`; for delta lobes the probability of the lobe.
     pub(super) pdf: f32,
     /// Density with which a camera path that comes along `wo` would go on to where the light came
@@ -105,20 +108,26 @@ fn weigh(bsdf: &Bsdf, ng: Vec3, ns: Vec3, wi: Vec3, sample: &BsdfSample) -> Opti
     if !true_cosines.is_finite() {
         return None;
     }
-    let (diffuse, specular, reverse_pdf) = if is_delta {
+    let (diffuse, specular, narrow, reverse_pdf) = if is_delta {
         // The sample's weight has f |wo·ns|.
         let factor = wi.dot(ns).abs() / wo.dot(ns).abs() * true_cosines;
-        (sample.diffuse * factor, sample.specular * factor, pdf)
+        let specular = sample.specular * factor;
+        (sample.diffuse * factor, specular, specular, pdf)
     } else {
         // Has f |wi·ns|.
-        let eval = bsdf.seen_from(wo).eval(wi);
+        let seen = bsdf.seen_from(wo);
+        let eval = seen.eval(wi);
+        let narrow = seen.eval_narrow(wi, MIN_ROUGHNESS);
         let factor = true_cosines / pdf;
-        (eval.diffuse * factor, eval.specular * factor, eval.pdf)
+        let [diffuse, specular, narrow] =
+            [eval.diffuse, eval.specular, narrow].map(|light| light * factor);
+        (diffuse, specular, narrow, eval.pdf)
     };
     Some(ScatteredLight {
         wo,
         diffuse,
         specular,
+        narrow,
         pdf,
         reverse_pdf,
         is_delta,

@@ -10,7 +10,7 @@ use super::meeting::Meeting;
 use super::scatter::{ScatteredLight, sample_adjoint};
 use super::surfaces::{Surfaces, Traveller, Vertex};
 use super::trace::Kept;
-use super::{MIN_ROUGHNESS, PhotonCounts, PhotonRequest, is_specular};
+use super::{DrawnLobes, MIN_ROUGHNESS, PhotonCounts, PhotonRequest, is_specular};
 use crate::follow::Follow;
 use crate::integrator::{Aimed, Answer, Blame, MIN_GUIDED_ROUGHNESS, Media, Question, RayTracer};
 use crate::light::{EmittedPhoton, Emitter, Receiver, UsefulRay};
@@ -196,7 +196,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             return self.scatter(path, vertex, &bsdf, &seen, sampler);
         }
         let is_kept = self.kept == Kept::All || is_caustic;
-        if is_kept && seen.max_roughness() >= Some(MIN_ROUGHNESS) {
+        if is_kept && seen.has_rough_lobes(MIN_ROUGHNESS) {
             if self.kept == Kept::All && is_caustic {
                 left.useful_rays.push(path.useful_ray());
             }
@@ -224,17 +224,17 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         let Some(scattered) = sample_adjoint(bsdf, seen, surface.ng, surface.wo, u) else {
             return false;
         };
-        let [diffuse, specular] = path.multipliers();
-        let share = scattered.diffuse * diffuse + scattered.specular * specular;
+        let drawn = self.draw_lobes(path, &scattered, seen, sampler);
         let before = path.traveller.carried;
-        let after = before * share;
+        let [diffuse, specular] = path.scattered(&scattered);
+        let after = before * (diffuse * drawn.shares[0] + specular * drawn.shares[1]);
         let survival = (after.max_channel() / before.max_channel()).min(1.0);
         // What is not a number ends here too.
         let is_alive = unit_f32(sampler.key(0x8000_0000 | depth)) < survival;
         if !is_alive || !after.is_finite() {
             return false;
         }
-        path.history = if self.is_specular(&scattered, seen) {
+        path.history = if drawn.are_narrow {
             let reverse_pdf = self.reverse_pdf(path, vertex, bsdf, &scattered);
             let cos_out = scattered.wo.dot(surface.ng).abs();
             path.history.reflected(scattered.pdf, reverse_pdf, cos_out)
@@ -251,14 +251,35 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         true
     }
 
-    /// Whether what the surface did leaves light in the class that is looked for. To aim at a light,
-    /// narrow lobes are mirrors, whatever else the surface has: no weight depends on the class then.
-    fn is_specular(&self, scattered: &ScatteredLight, seen: &SeenBsdf) -> bool {
-        match self.kept {
-            Kept::All | Kept::Caustic | Kept::Irradiance { .. } => {
-                is_specular(scattered.is_delta, seen)
+    /// By which lobes light goes on, so far as its class matters.
+    fn draw_lobes(
+        &self,
+        path: &LightPath<M>,
+        scattered: &ScatteredLight,
+        seen: &SeenBsdf,
+        sampler: &Sampler<'_>,
+    ) -> DrawnLobes {
+        /// Tells the choice of lobes from all else that is decided at a surface.
+        const KEY: u32 = 0x1000_0000;
+        let whole = |are_narrow| {
+            if are_narrow {
+                DrawnLobes::NARROW
+            } else {
+                DrawnLobes::ROUGH
             }
-            Kept::Arrivals => scattered.roughness < MIN_GUIDED_ROUGHNESS,
+        };
+        match self.kept {
+            // To aim at a light, narrow lobes are mirrors, whatever else the surface has: no weight
+            // depends on the class then.
+            Kept::Arrivals => whole(scattered.roughness < MIN_GUIDED_ROUGHNESS),
+            Kept::Irradiance { .. } => whole(is_specular(scattered.is_delta, seen)),
+            _ if is_specular(scattered.is_delta, seen) => DrawnLobes::NARROW,
+            Kept::All | Kept::Caustic => {
+                let [_, specular] = path.multipliers();
+                let narrow = scattered.narrow * specular;
+                let u = unit_f32(sampler.key(KEY | path.depth));
+                DrawnLobes::draw(path.scattered(scattered), narrow, u)
+            }
         }
     }
 
@@ -306,6 +327,12 @@ impl<M: Media> LightPath<M> {
         } else {
             [1.0; 2]
         }
+    }
+
+    /// What diffuse and what other lobes scatter, as shares of what arrived.
+    fn scattered(&self, light: &ScatteredLight) -> [Spectrum; 2] {
+        let [diffuse, specular] = self.multipliers();
+        [light.diffuse * diffuse, light.specular * specular]
     }
 
     /// The photon that is left where the path has arrived.

@@ -1,24 +1,27 @@
 //! Caustics by merging, beside hitting and connecting to lights.
 
 use kilauea_bsdf::{Mirror, SeenBsdf};
+use kilauea_math::hash::unit_f32;
 use kilauea_math::{Spectrum, Vec3};
 use kilauea_photon::{EyeSubpath, SurfaceQuery};
 use kilauea_scene::Visibility;
+use std::mem::take;
 
-use super::Merge;
 use super::source::{Gathering, Lookup, PhotonSource};
+use super::{Merge, SharedConnection};
 use crate::geometry::Geometry;
 use crate::integrator::guide::Knowledge;
 use crate::integrator::question::{Answer, Question};
 use crate::integrator::walk::{Segment, Vertex};
 use crate::light::{ChosenLight, Emitted, Emitter};
-use crate::photon::{MIN_ROUGHNESS, adjoint_pdf, is_specular};
+use crate::photon::{DrawnLobes, MIN_ROUGHNESS, adjoint_pdf, is_specular};
+use crate::sampler::Sampler;
 
-/// Merges at the first vertex where a path does not scatter as by a mirror, with photons that came
-/// over specular surfaces alone: L S⁺ D S* E.
+/// Merges at each rough vertex with photons that came over specular surfaces alone: L S⁺ D (S|D)* E.
 ///
 /// Each such path is weighed against the other ways to find it by the balance heuristic
-/// (`kilauea_photon::Merging`), all others are left as they are.
+/// (`kilauea_photon::Merging`), all others are left as they are. S is what narrow lobes scatter, D what
+/// others do ([`DrawnLobes`]).
 #[derive(Clone, Copy)]
 pub(crate) struct CausticMerge<'a, S> {
     /// Of caustic photons.
@@ -39,24 +42,25 @@ pub(crate) struct CausticMerge<'a, S> {
 /// What a path that merges keeps of its way.
 #[derive(Clone, Copy)]
 pub(crate) struct MergingEye {
-    stage: Stage,
+    /// The way since the last rough vertex, if photons find what the path meets.
+    behind: Option<BehindRough>,
+    /// Whether photons are looked for where the path is.
+    has_merged: bool,
     /// Light of photons, scattered by diffuse lobes and by all others.
     gathered: Option<[Spectrum; 2]>,
 }
 
+/// The way since a vertex where the path merged: S*D.
 #[derive(Clone, Copy)]
-enum Stage {
-    /// Has been scattered by specular surfaces alone: S*E.
-    Specular,
-    /// Has been scattered at one vertex where it could merge, then by specular surfaces alone:
-    /// S*DS*E.
-    BehindRough {
-        subpath: EyeSubpath,
-        n_specular: u32,
-    },
-    /// Finds light that no photon has that is looked for.
-    Other,
+struct BehindRough {
+    subpath: EyeSubpath,
+    n_specular: u32,
+    /// Density of the last direction.
+    pdf: f32,
 }
+
+/// Tells the choice of lobes from all else that is decided at a vertex.
+const KEY: u32 = 0x1000_0000;
 
 impl MergingEye {
     /// Keeps light until it is taken; whether there is any.
@@ -70,7 +74,7 @@ impl MergingEye {
 impl<S> CausticMerge<'_, S> {
     fn merges_at<M>(&self, vertex: &Vertex<'_, M>, bsdf: &SeenBsdf) -> bool {
         vertex.depth <= self.max_depth
-            && bsdf.max_roughness() >= Some(MIN_ROUGHNESS)
+            && bsdf.has_rough_lobes(MIN_ROUGHNESS)
             && !(self.has_masks && self.is_hidden_from_photons(vertex))
     }
 
@@ -79,16 +83,27 @@ impl<S> CausticMerge<'_, S> {
         met_by & Visibility::INDIRECT == Visibility::NONE
     }
 
-    /// The part of a path behind its rough vertex, where one more specular surface is not too many for
-    /// photons.
-    fn before_specular(&self, eye: &MergingEye) -> Option<EyeSubpath> {
-        match eye.stage {
-            Stage::BehindRough {
-                subpath,
-                n_specular,
-            } if n_specular < self.max_specular => Some(subpath),
-            _ => None,
+    /// The way since a rough vertex, where one more specular surface is not too many for photons.
+    fn before_specular(&self, eye: &MergingEye) -> Option<BehindRough> {
+        eye.behind
+            .filter(|behind| behind.n_specular < self.max_specular)
+    }
+
+    /// By which lobes a path has left a vertex, so far as its class matters.
+    fn draw_lobes(
+        (wi, is_delta): (Vec3, bool),
+        [bsdf, drawn_from]: [&SeenBsdf; 2],
+        u: impl FnOnce() -> f32,
+    ) -> DrawnLobes {
+        if is_specular(is_delta, bsdf) {
+            return DrawnLobes::NARROW;
         }
+        if !bsdf.has_narrow_lobes(MIN_ROUGHNESS) {
+            return DrawnLobes::ROUGH;
+        }
+        let eval = drawn_from.eval(wi);
+        let narrow = drawn_from.eval_narrow(wi, MIN_ROUGHNESS);
+        DrawnLobes::draw([eval.diffuse, eval.specular], narrow, u())
     }
 
     /// The part of a path behind its rough vertex that goes on from a specular one to `wi`, which it
@@ -126,7 +141,8 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
 
     fn start(&self) -> MergingEye {
         MergingEye {
-            stage: Stage::Specular,
+            behind: None,
+            has_merged: false,
             gathered: None,
         }
     }
@@ -139,9 +155,10 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         ask: impl FnOnce(Question) -> R,
         asked: &mut Self::Asked<R, K>,
     ) -> bool {
-        if !matches!(eye.stage, Stage::Specular) || !self.merges_at(vertex, bsdf) {
+        if !self.merges_at(vertex, bsdf) {
             return false;
         }
+        eye.has_merged = true;
         let surface = &vertex.interaction.surface;
         let lookup = Lookup {
             query: SurfaceQuery {
@@ -175,29 +192,34 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         eye: &mut MergingEye,
         way: Segment<'_>,
         vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
-    ) {
+        lobes: [&SeenBsdf; 2],
+        sampler: &Sampler<'_>,
+    ) -> [Spectrum; 2] {
+        let has_merged = take(&mut eye.has_merged);
+        let before = self.before_specular(eye);
+        eye.behind = None;
+        if !has_merged && before.is_none() {
+            return [Spectrum::ONE; 2];
+        }
         let (pdf, is_delta) = (way.departure.pdf, way.departure.is_delta);
         let wi = way.ray.dir;
-        let is_specular = is_specular(is_delta, bsdf);
-        eye.stage = match eye.stage {
-            Stage::Specular if is_specular => Stage::Specular,
-            Stage::Specular if self.merges_at(vertex, bsdf) => {
-                let cos_out = wi.dot(vertex.interaction.surface.ng).abs();
-                Stage::BehindRough {
-                    subpath: EyeSubpath::left_rough(pdf, cos_out),
-                    n_specular: 0,
-                }
-            }
-            Stage::BehindRough {
-                subpath,
-                n_specular,
-            } if is_specular && n_specular < self.max_specular => Stage::BehindRough {
-                subpath: Self::extend(subpath, vertex, wi, pdf, is_delta),
-                n_specular: n_specular + 1,
-            },
-            _ => Stage::Other,
+        let u = || unit_f32(sampler.key(KEY | vertex.depth));
+        let drawn = Self::draw_lobes((wi, is_delta), lobes, u);
+        eye.behind = if drawn.are_narrow {
+            before.map(|behind| BehindRough {
+                subpath: Self::extend(behind.subpath, vertex, wi, pdf, is_delta),
+                n_specular: behind.n_specular + 1,
+                pdf,
+            })
+        } else {
+            let cos_out = wi.dot(vertex.interaction.surface.ng).abs();
+            has_merged.then(|| BehindRough {
+                subpath: EyeSubpath::left_rough(pdf, cos_out),
+                n_specular: 0,
+                pdf,
+            })
         };
+        drawn.shares
     }
 
     fn weight_of_hit(
@@ -206,21 +228,12 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         way: Option<Segment<'_>>,
         emitted: &Emitted,
     ) -> Option<f32> {
-        let Stage::BehindRough {
-            subpath,
-            n_specular: 1..,
-        } = eye.stage
-        else {
-            return None;
-        };
+        let behind = eye.behind.filter(|behind| behind.n_specular > 0)?;
         let Segment { departure, ray } = way?;
-        let d_light = self.d_light(subpath, emitted.light?, ray.origin, ray.dir);
+        let d_light = self.d_light(behind.subpath, emitted.light?, ray.origin, ray.dir);
         let connect_pdf = if departure.is_delta { 0.0 } else { emitted.pdf };
-        let weight = self
-            .gathering
-            .merging
-            .weight_of_hit(d_light, departure.pdf, connect_pdf);
-        Some(weight)
+        let merging = &self.gathering.merging;
+        Some(merging.weight_of_hit(d_light, behind.pdf, connect_pdf))
     }
 
     fn weight_of_connection<M>(
@@ -230,24 +243,20 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         bsdf: &SeenBsdf,
         light: &ChosenLight,
         hit_pdf: f32,
-    ) -> Option<f32> {
-        let subpath = self.before_specular(eye)?;
-        if !is_specular(false, bsdf) {
+    ) -> Option<SharedConnection> {
+        let behind = self.before_specular(eye)?;
+        if !bsdf.has_narrow_lobes(MIN_ROUGHNESS) {
             return None;
         }
         let sample = &light.sample;
-        let subpath = Self::extend(subpath, vertex, sample.wi, sample.pdf, false);
-        let d_light = self.d_light(
-            subpath,
-            light.light,
-            vertex.interaction.surface.p,
-            sample.wi,
-        );
-        let weight = self
-            .gathering
-            .merging
-            .weight_of_connection(d_light, hit_pdf, sample.pdf);
-        Some(weight)
+        let (p, wi) = (vertex.interaction.surface.p, sample.wi);
+        let subpath = Self::extend(behind.subpath, vertex, wi, sample.pdf, false);
+        let d_light = self.d_light(subpath, light.light, p, wi);
+        let merging = &self.gathering.merging;
+        Some(SharedConnection {
+            narrow: bsdf.eval_narrow(wi, MIN_ROUGHNESS),
+            weight: merging.weight_of_connection(d_light, hit_pdf, sample.pdf),
+        })
     }
 
     fn weight_of_mirrored<M>(
@@ -257,7 +266,7 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         mirror: &Mirror,
         light: Option<u32>,
     ) -> Option<f32> {
-        let subpath = self.before_specular(eye)?;
+        let subpath = self.before_specular(eye)?.subpath;
         // There is always a ray, where light that comes the other way draws a lobe.
         let probability = 1.0;
         let surface = &vertex.interaction.surface;

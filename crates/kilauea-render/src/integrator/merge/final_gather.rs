@@ -7,7 +7,7 @@ use kilauea_math::{INV_PI, Spectrum};
 use kilauea_photon::{RadianceCache, SurfaceQuery};
 
 use super::caustics::normal_toward;
-use super::{Merge, Rest};
+use super::{Merge, Rest, SharedConnection};
 use crate::geometry::Geometry;
 use crate::integrator::guide::Knowledge;
 use crate::integrator::media::Media;
@@ -177,15 +177,28 @@ impl<X: Merge> Merge for FinalGather<'_, X> {
         eye: &mut Self::Eye,
         way: Segment<'_>,
         vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
-    ) {
+        lobes: [&SeenBsdf; 2],
+        sampler: &Sampler<'_>,
+    ) -> [Spectrum; 2] {
+        let [bsdf, _] = lobes;
+        let Segment { departure, ray } = way;
+        // Photons do not know that light was looked up here.
+        let departure = match eye.stage {
+            Stage::LookedUp(_) if departure.is_delta => {
+                departure.with_pdf(departure.pdf * (1.0 - bsdf.probability_of_diffuse()))
+            }
+            Stage::LookedUp(_) => departure.with_pdf(bsdf.eval(ray.dir).pdf),
+            _ => *departure,
+        };
         let is_first = matches!(eye.stage, Stage::First);
-        eye.stage = if is_first && !is_specular(way.departure.is_delta, bsdf) {
+        eye.stage = if is_first && !is_specular(departure.is_delta, bsdf) {
             Stage::BehindRough
         } else {
             Stage::Alone
         };
-        self.merge.depart(&mut eye.eye, way, vertex, bsdf);
+        let departure = &departure;
+        let way = Segment { departure, ray };
+        self.merge.depart(&mut eye.eye, way, vertex, lobes, sampler)
     }
 
     fn weight_of_hit(
@@ -204,7 +217,11 @@ impl<X: Merge> Merge for FinalGather<'_, X> {
         bsdf: &SeenBsdf,
         light: &ChosenLight,
         hit_pdf: f32,
-    ) -> Option<f32> {
+    ) -> Option<SharedConnection> {
+        let hit_pdf = match eye.stage {
+            Stage::LookedUp(_) => bsdf.eval(light.sample.wi).pdf,
+            _ => hit_pdf,
+        };
         let eye = &eye.eye;
         self.merge
             .weight_of_connection(eye, vertex, bsdf, light, hit_pdf)

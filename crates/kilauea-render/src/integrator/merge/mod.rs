@@ -24,6 +24,15 @@ pub(crate) use rest::Rest;
 pub(crate) use source::{Gathering, PhotonSource, PhotonsOfSet};
 pub(crate) use unmerged::Unmerged;
 
+/// What photons have a share in of a light toward which a ray is aimed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SharedConnection {
+    /// What narrow lobes scatter of it, the cosine included.
+    pub(crate) narrow: Spectrum,
+    /// Weight of that.
+    pub(crate) weight: f32,
+}
+
 /// How paths share what they find with photons (Georgiev et al. 2012, "Light Transport Simulation
 /// with Vertex Connection and Merging").
 pub(crate) trait Merge: Copy + Send + Sync {
@@ -79,14 +88,16 @@ pub(crate) trait Merge: Copy + Send + Sync {
     /// Hands over what was gathered: light scattered by diffuse lobes, and by all others.
     fn take(eye: &mut Self::Eye) -> Option<[Spectrum; 2]>;
 
-    /// The path has left a vertex of these lobes.
+    /// The path has left a vertex of these lobes, in a direction drawn from the second ones. Returns what
+    /// it carries on of what diffuse lobes scattered, and of what others did.
     fn depart<M>(
         &self,
         eye: &mut Self::Eye,
         way: Segment<'_>,
         vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
-    );
+        lobes: [&SeenBsdf; 2],
+        sampler: &Sampler<'_>,
+    ) -> [Spectrum; 2];
 
     /// Weight of light that the path meets on its way; none where photons have no share in it.
     fn weight_of_hit(
@@ -96,8 +107,8 @@ pub(crate) trait Merge: Copy + Send + Sync {
         emitted: &Emitted,
     ) -> Option<f32>;
 
-    /// Weight of light toward which a ray is aimed from a vertex, in a direction that the path chooses
-    /// with the density `hit_pdf`; none where photons have no share in it.
+    /// What photons have a share in of the light toward which a ray is aimed from a vertex, in a direction
+    /// that the path chooses with the density `hit_pdf`.
     fn weight_of_connection<M>(
         &self,
         eye: &Self::Eye,
@@ -105,7 +116,7 @@ pub(crate) trait Merge: Copy + Send + Sync {
         bsdf: &SeenBsdf,
         light: &ChosenLight,
         hit_pdf: f32,
-    ) -> Option<f32>;
+    ) -> Option<SharedConnection>;
 
     /// Weight of light from infinity, of the light of a number, toward which a ray is aimed by a mirror
     /// of a vertex, in place of that which the path draws; none where photons have no share in it.

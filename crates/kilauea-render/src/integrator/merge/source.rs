@@ -9,6 +9,7 @@ use kilauea_photon::{Kernel, LightSum, LightUnit, Merging, PhotonMap, SurfaceQue
 use super::ArrivingPhoton;
 use crate::integrator::guide::Knowledge;
 use crate::integrator::question::{Answer, PhotonQuestion, Question};
+use crate::photon::MIN_ROUGHNESS;
 
 /// Light scattered by diffuse lobes, and by all others.
 pub(super) type ByLobes = [Spectrum; 2];
@@ -35,6 +36,7 @@ pub(crate) struct Lookup<'b, K> {
 struct Gathered<'g, 'b, K> {
     gathering: &'g Gathering,
     lookup: &'g Lookup<'b, K>,
+    has_narrow_lobes: bool,
     diffuse: LightSum,
     specular: LightSum,
 }
@@ -44,6 +46,7 @@ impl<'g, 'b, K: Knowledge> Gathered<'g, 'b, K> {
         Self {
             gathering,
             lookup,
+            has_narrow_lobes: lookup.bsdf.has_narrow_lobes(MIN_ROUGHNESS),
             diffuse: LightSum::default(),
             specular: LightSum::default(),
         }
@@ -62,7 +65,11 @@ impl<'g, 'b, K: Knowledge> Gathered<'g, 'b, K> {
             knowledge,
             ..
         } = self.lookup;
-        let eval = bsdf.eval(photon.wi);
+        let mut eval = bsdf.eval(photon.wi);
+        if self.has_narrow_lobes {
+            // What they scatter of photons, paths go on for.
+            eval.specular = (eval.specular - bsdf.eval_narrow(photon.wi, MIN_ROUGHNESS)).max(0.0);
+        }
         let pdf = knowledge.pdf(bsdf, photon.wi, eval.pdf);
         // Photons arrive by the area of the true surface; the BSDF has the cosine to the shading
         // normal (Veach 1997, eq. 5.19).

@@ -3,11 +3,12 @@ use std::future::ready;
 use kilauea_bsdf::{Mirror, SeenBsdf};
 use kilauea_math::Spectrum;
 
-use super::Merge;
+use super::{Merge, SharedConnection};
 use crate::integrator::guide::Knowledge;
 use crate::integrator::question::{Answer, Question};
 use crate::integrator::walk::{Segment, Vertex};
 use crate::light::{ChosenLight, Emitted};
+use crate::sampler::Sampler;
 
 /// There are no photons, at no cost.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +47,16 @@ impl Merge for Unmerged {
     }
 
     #[inline(always)]
-    fn depart<M>(&self, (): &mut (), _: Segment<'_>, _: &Vertex<'_, M>, _: &SeenBsdf) {}
+    fn depart<M>(
+        &self,
+        (): &mut (),
+        _: Segment<'_>,
+        _: &Vertex<'_, M>,
+        _: [&SeenBsdf; 2],
+        _: &Sampler<'_>,
+    ) -> [Spectrum; 2] {
+        [Spectrum::ONE; 2]
+    }
 
     #[inline(always)]
     fn weight_of_hit(&self, (): &(), _: Option<Segment<'_>>, _: &Emitted) -> Option<f32> {
@@ -61,7 +71,7 @@ impl Merge for Unmerged {
         _: &SeenBsdf,
         _: &ChosenLight,
         _: f32,
-    ) -> Option<f32> {
+    ) -> Option<SharedConnection> {
         None
     }
 
