@@ -1,12 +1,12 @@
 use super::edges::EdgeProduct;
 
-/// What an eye path carries from its first rough vertex over near-specular ones to a light: p_L over
+/// What an eye path carries from its last rough vertex over near-specular ones to a light: p_L over
 /// its own density since that vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EyeSubpath(EdgeProduct);
 
 impl EyeSubpath {
-    /// A path that leaves its first rough vertex in a direction with the density `pdf` over solid
+    /// A path that leaves a rough vertex in a direction with the density `pdf` over solid
     /// angle, at the cosine `cos_out`.
     #[must_use]
     pub fn left_rough(pdf: f32, cos_out: f32) -> Self {

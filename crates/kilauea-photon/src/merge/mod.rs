@@ -1,7 +1,7 @@
 //! Weights of caustic photons against other ways to make the same path.
 //!
 //! A caustic photon has gone from a light y₀ over near-specular surfaces y₁ … yₖ₋₁ to a rough one,
-//! x = yₖ, and an eye path has x as its first rough vertex. Three strategies make that path:
+//! x = yₖ, and an eye path has x as a rough vertex. Three strategies make that path:
 //!
 //! - *merging*: the photon lies within the radius around x. Its density is the eye's for x times
 //!   η p_L, where η = N π r² for N emitted paths, and p_L is the density of the light path in area;
