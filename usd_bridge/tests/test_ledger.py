@@ -147,6 +147,10 @@ def test_the_sentence_names_the_extremes() -> None:
     assert "(whole command): 1.00 in the geometric mean of 2 stages" in text
     assert "from 0.50 (`box`) to 2.00 (`hall`)" in text
     assert "0.50 at `box`, the only" in error_tables.sentence(ERROR)
+    consistent = [*ERROR["summary"], summary("kilauea-consistent", 0.1)]
+    text = error_tables.sentence(ERROR | {"summary": consistent})
+    assert "0.50 at `box`" in text
+    assert "with `--gi consistent` 0.10 at `box`" in text
     assert error_tables.sentence(ERROR | {"summary": []}) == error_tables.NOTHING_COMPARED
 
 
