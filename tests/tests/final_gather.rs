@@ -165,6 +165,18 @@ fn the_light_is_that_of_exact() {
     all_plastic.materials.fill(plastic);
     check("plastic under a smooth coat", &all_plastic, |_| {});
 
+    let mut varnished = room(rect.clone());
+    varnished.materials.fill(preview(&[
+        ("diffuseColor", &[0.5, 0.6, 0.4]),
+        ("roughness", &[0.4]),
+        ("clearcoat", &[1.0]),
+        ("clearcoatRoughness", &[0.12]),
+    ]));
+    check("varnish, and photons of what it shows", &varnished, |s| {
+        s.photons.radius = Some(0.05);
+        s.photons.aim = Aim::Never;
+    });
+
     let mut in_a_mirror = room(rect.clone());
     in_a_mirror.materials[1] = preview(&[("metallic", &[1.0]), ("roughness", &[0.0])]);
     check("a mirror", &in_a_mirror, |_| {});
