@@ -29,13 +29,13 @@ CLOCK_OF_REPORT = {"wall": "seconds", "cpu": "cpu_s"}
 
 def sentence(report: Report) -> str:
     """Say in a few lines how our error compares with the baseline's."""
+    lines = [compared(report, engines) for engines in (SHOWN, CONSISTENT)]
+    if not lines[0]:
+        return NOTHING_COMPARED
     name = _CLOCK_NAMES[CLOCK_OF_REPORT[report["stages"][0].get("clock", "wall")]]
     exact, consistent = (
-        extremes({line["stage"]: line[name] for line in compared(report, engines) if line[name]})
-        for engines in (SHOWN, CONSISTENT)
+        extremes({line["stage"]: line[name] for line in found if line[name]}) for found in lines
     )
-    if exact is None:
-        return NOTHING_COMPARED
     text = f"relMSE over that of Cycles at equal time ({name}): {exact}"
     if consistent is not None:
         text += f"; with `--gi consistent` {consistent}"
