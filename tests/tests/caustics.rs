@@ -3,8 +3,8 @@
 use kilauea_math::{DMat4, Spectrum};
 use kilauea_render::PreparedScene;
 use kilauea_scene::{
-    Aim, CausticStrategy, GlobalIllumination, Light, LightShape, Material, PhotonSettings,
-    RenderSettings,
+    Aim, CausticStrategy, DataWindow, FilterKind, GlobalIllumination, Light, LightShape, Material,
+    PhotonSettings, Projection, RenderSettings,
 };
 use kilauea_testing::{Family, Moments, welch_p};
 use kilauea_tests::{
@@ -65,8 +65,13 @@ fn settings() -> RenderSettings {
 }
 
 fn consistent(found_by: CausticStrategy, radius: f32) -> RenderSettings {
+    found_by_some(GlobalIllumination::Consistent, found_by, radius)
+}
+
+/// With photons that the camera sees itself in place of merging, if `gi` is exact.
+fn found_by_some(gi: GlobalIllumination, found_by: CausticStrategy, radius: f32) -> RenderSettings {
     RenderSettings {
-        gi: GlobalIllumination::Consistent,
+        gi,
         photons: PhotonSettings {
             emitted_per_sample: Some(1000),
             radius: Some(radius),
@@ -77,10 +82,30 @@ fn consistent(found_by: CausticStrategy, radius: f32) -> RenderSettings {
     }
 }
 
+/// Without photons.
+fn by_paths() -> RenderSettings {
+    let (gi, found_by) = (GlobalIllumination::Exact, CausticStrategy::Paths);
+    found_by_some(gi, found_by, RADIUS)
+}
+
+/// Other random numbers for each way to find caustics.
+fn seed_base(settings: &RenderSettings) -> u32 {
+    1000 * settings.photons.found_by as u32 + 10_000 * settings.gi as u32
+}
+
+/// All ways to find caustics by photons, by paths and by both.
+const STRATEGIES: [(GlobalIllumination, CausticStrategy); 5] = [
+    (GlobalIllumination::Consistent, CausticStrategy::All),
+    (GlobalIllumination::Consistent, CausticStrategy::Photons),
+    (GlobalIllumination::Consistent, CausticStrategy::Paths),
+    (GlobalIllumination::Exact, CausticStrategy::All),
+    (GlobalIllumination::Exact, CausticStrategy::Photons),
+];
+
 /// Means of the whole picture, over seeds. Merging moves light by a radius at most, so that next to
 /// nothing of it leaves the picture.
 fn means(prepared: &Arc<PreparedScene>, settings: &RenderSettings, n_seeds: u32) -> Moments {
-    let first = settings.photons.found_by as u32 * 100;
+    let first = seed_base(settings);
     let mean = |seed| {
         let settings = RenderSettings {
             seed: first + seed,
@@ -105,16 +130,12 @@ fn all_strategies_find_the_same_light() {
     let mut family = Family::new("strategies");
     let mut check = |name: &str, stage: &Stage| {
         let prepared = stage.prepare(&settings());
-        let by_paths = means(&prepared, &settings(), 12);
-        for found_by in [
-            CausticStrategy::All,
-            CausticStrategy::Photons,
-            CausticStrategy::Paths,
-        ] {
-            let found = means(&prepared, &consistent(found_by, RADIUS), 12);
+        let by_paths = means(&prepared, &by_paths(), 12);
+        for (gi, found_by) in STRATEGIES {
+            let found = means(&prepared, &found_by_some(gi, found_by, RADIUS), 12);
             // Edges of the ball and of the floor lose a little of what is merged there.
             let p = welch_p(&by_paths, &found, 3e-3 * by_paths.mean);
-            family.add(format!("{name}, by {found_by:?}"), p);
+            family.add(format!("{name}, {gi:?} by {found_by:?}"), p);
         }
     };
     check("glass", &ball(clear(), lamp()));
@@ -198,25 +219,24 @@ fn finds_once(name: &str, stage: &Stage, layer: &str) {
         let prepared = stage.prepare(&settings);
         let mean = |seed| {
             let settings = RenderSettings {
-                seed: settings.photons.found_by as u32 * 1000 + seed,
+                seed: seed_base(&settings) + seed,
                 ..settings.clone()
             };
             Picture::render(&prepared, settings).mean_of(&channel)
         };
         Moments::of(&(1..=96).map(mean).collect::<Vec<_>>())
     };
-    let by_paths = found(&settings());
+    let by_paths = found(&by_paths());
     let mut family = Family::new(name);
-    for found_by in [
-        CausticStrategy::All,
-        CausticStrategy::Photons,
-        CausticStrategy::Paths,
-    ] {
-        let mut few = consistent(found_by, RADIUS);
+    for (gi, found_by) in STRATEGIES {
+        let mut few = found_by_some(gi, found_by, RADIUS);
         few.photons.emitted_per_sample = Some(100);
         let found = found(&few);
         let p = welch_p(&by_paths, &found, 3e-3 * by_paths.mean);
-        family.add(format!("by {found_by:?}: {found:?}, {by_paths:?}"), p);
+        family.add(
+            format!("{gi:?} by {found_by:?}: {found:?}, {by_paths:?}"),
+            p,
+        );
     }
     family.check();
 }
@@ -378,6 +398,7 @@ fn photons_are_used_where_they_pay() {
         Picture::render(&prepared, settings)
     };
     let exact = render(GlobalIllumination::Exact, 0, None);
+    let seen = render(GlobalIllumination::Exact, 4000, None);
     let consistent = render(GlobalIllumination::Consistent, 4000, None);
     let reference = render(GlobalIllumination::Consistent, 40_000, Some(0.05));
     let error = |picture: &Picture| {
@@ -387,15 +408,18 @@ fn photons_are_used_where_they_pay() {
             .zip(reference.channel(CAUSTIC));
         pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum::<f64>()
     };
-    let (error, error_exact) = (error(&consistent), error(&exact));
-    assert!(error < 0.2 * error_exact, "{error:.3e} {error_exact:.3e}");
-    let stats = &consistent.stats;
-    assert!(stats.photons.skipped.is_empty(), "{:?}", stats.photons);
-    assert!(stats.photons.stored > 1000 && stats.rays.photon > stats.photons.stored);
-    assert!(stats.memory.photons > 0 && stats.times.photon > 0.0);
-    for layer in ["direct_diffuse.R", "direct_specular.R", "emission.R"] {
-        let (a, b) = (consistent.channel(layer), exact.channel(layer));
-        assert_eq!(a, b, "{layer}");
+    let error_exact = error(&exact);
+    for picture in [&consistent, &seen] {
+        let error = error(picture);
+        assert!(error < 0.2 * error_exact, "{error:.3e} {error_exact:.3e}");
+        let stats = &picture.stats;
+        assert!(stats.photons.skipped.is_empty(), "{:?}", stats.photons);
+        assert!(stats.photons.stored > 1000 && stats.rays.photon > stats.photons.stored);
+        assert!(stats.memory.photons > 0 && stats.times.photon > 0.0);
+        for layer in ["direct_diffuse.R", "direct_specular.R", "emission.R"] {
+            let (a, b) = (picture.channel(layer), exact.channel(layer));
+            assert_eq!(a, b, "{layer}");
+        }
     }
 }
 
@@ -407,33 +431,53 @@ fn without_caustics_no_bit_changes() {
     let prepared = stage.prepare(&settings());
     let render = |gi| Picture::render(&prepared, RenderSettings { gi, ..settings() });
     let consistent = render(GlobalIllumination::Consistent);
-    render(GlobalIllumination::Exact).check_same_bits(&consistent, "no caustics");
-    let skipped = &consistent.stats.photons.skipped;
-    assert!(
-        skipped.len() == 1 && skipped[0].contains("caustic photons"),
-        "{skipped:?}"
-    );
-    assert_eq!(consistent.stats.photons.emitted, 0);
+    let exact = render(GlobalIllumination::Exact);
+    exact.check_same_bits(&consistent, "no caustics");
+    Picture::render(&prepared, by_paths()).check_same_bits(&exact, "paths alone");
+    for picture in [consistent, exact] {
+        let photons = &picture.stats.photons;
+        let skipped = &photons.skipped;
+        assert!(
+            skipped.len() == 1 && skipped[0].contains("caustic photons"),
+            "{skipped:?}"
+        );
+        assert_eq!(photons.emitted, 0);
+    }
 }
 
 #[test]
 fn threads_and_ways_of_answering_do_not_change_a_bit() {
-    let stage = ball(clear(), lamp());
-    let settings = RenderSettings {
-        resolution: [40, 36],
-        samples_per_pixel: 6,
-        gi: GlobalIllumination::Consistent,
-        ..settings()
-    };
-    let picture = Picture::check_ways_of_rendering(&stage.prepare(&settings), &settings);
-    assert!(picture.stats.photons.stored > 100);
+    // So small that it pays to look at photons.
+    let mut lamp = bright(LightShape::Disk { radius: 0.05 }, 2.5);
+    lamp.radiance *= 50.0;
+    let stage = ball(clear(), lamp);
+    for gi in [GlobalIllumination::Consistent, GlobalIllumination::Exact] {
+        let settings = RenderSettings {
+            resolution: [40, 36],
+            samples_per_pixel: 6,
+            gi,
+            photons: PhotonSettings {
+                emitted_per_sample: Some(1000),
+                ..PhotonSettings::default()
+            },
+            ..settings()
+        };
+        let picture = Picture::check_ways_of_rendering(&stage.prepare(&settings), &settings);
+        let photons = &picture.stats.photons;
+        assert!(photons.stored > 100, "{gi:?}: {photons:?}");
+    }
 }
 
 #[test]
 fn any_scene_has_its_picture_or_a_reason() {
+    any_scene_has_its_picture(GlobalIllumination::Consistent);
+    any_scene_has_its_picture(GlobalIllumination::Exact);
+}
+
+fn any_scene_has_its_picture(gi: GlobalIllumination) {
     let with = |stage: &Stage, emitted| {
         stage.render(|s| {
-            *s = consistent(CausticStrategy::All, RADIUS);
+            *s = found_by_some(gi, CausticStrategy::All, RADIUS);
             s.photons.emitted_per_sample = Some(emitted);
         })
     };
@@ -441,14 +485,15 @@ fn any_scene_has_its_picture_or_a_reason() {
     for emitted in [0, 1] {
         let picture = with(&glass_ball, emitted);
         picture.check_finite(&format!("{emitted} photons"));
-        let exact = glass_ball.render(|s| *s = settings());
+        let exact = glass_ball.render(|s| *s = by_paths());
         // What paths find is whole where photons find nothing, up to noise.
         check_near(picture.mean(), exact.mean(), 0.3, "few photons");
     }
     let reason = |stage: &Stage| {
         let picture = stage.render(|s| {
-            s.gi = GlobalIllumination::Consistent;
+            s.gi = gi;
             s.samples_per_pixel = 4;
+            s.photons.emitted_per_sample = Some(2000);
         });
         picture.check_finite("a picture");
         picture.stats.photons.skipped.join(" ")
@@ -467,8 +512,115 @@ fn any_scene_has_its_picture_or_a_reason() {
     moving.meshes[0] = Mesh::floor(2.0).moving(&[[0.0, 0.1, 0.0]]);
     assert!(reason(&moving).contains("moves"));
     let short = glass_ball.render(|s| {
-        s.gi = GlobalIllumination::Consistent;
+        s.gi = gi;
         s.max_depth = 1;
     });
     assert!(short.stats.photons.skipped[0].contains("too short"));
+}
+
+/// The camera sees photons where its own rays arrive, and as bright, however it looks.
+#[test]
+fn any_camera_sees_photons() {
+    let mut family = Family::new("cameras");
+    let gi = GlobalIllumination::Exact;
+    let mut check = |name: &str, change: fn(&mut Stage), settings: fn(&mut RenderSettings)| {
+        let mut stage = ball(clear(), lamp());
+        change(&mut stage);
+        let [paths, photons] = [CausticStrategy::Paths, CausticStrategy::Photons].map(|found_by| {
+            let mut all = found_by_some(gi, found_by, RADIUS);
+            settings(&mut all);
+            means(&stage.prepare(&all), &all, 12)
+        });
+        family.add(
+            name.to_owned(),
+            welch_p(&paths, &photons, 1e-3 * paths.mean),
+        );
+    };
+    check(
+        "a lens",
+        |stage| (stage.camera.lens_radius, stage.camera.focus_distance) = (0.3, 1.5),
+        |_| (),
+    );
+    check("no perspective", seen_in_parallel, |_| ());
+    check(
+        "no perspective, a lens",
+        |stage| {
+            seen_in_parallel(stage);
+            (stage.camera.lens_radius, stage.camera.focus_distance) = (0.3, 1.5);
+        },
+        |_| (),
+    );
+    check(
+        "a wide filter",
+        |_| (),
+        |s| (s.filter, s.filter_radius) = (FilterKind::Gaussian, Some(3.0)),
+    );
+    check(
+        "exposure",
+        |stage| stage.camera.exposure_scale = 2.5,
+        |_| (),
+    );
+    family.check();
+}
+
+fn seen_in_parallel(stage: &mut Stage) {
+    stage.camera.projection = Projection::Orthographic;
+    stage.camera.screen_window = [-0.9, -0.9, 0.9, 0.9];
+}
+
+/// A part of a picture has the photons that it has in the whole.
+#[test]
+fn a_part_of_a_picture_sees_the_same_photons() {
+    let mut settings = found_by_some(GlobalIllumination::Exact, CausticStrategy::All, RADIUS);
+    settings.resolution = [40, 36];
+    settings.samples_per_pixel = 3;
+    settings.aovs = vec!["indirect_diffuse".into()];
+    let prepared = ball(clear(), lamp()).prepare(&settings);
+    let whole = Picture::render(&prepared, settings.clone());
+    let (min, max) = ([10, 12], [33, 30]);
+    settings.data_window = Some(DataWindow { min, max });
+    let part = Picture::render(&prepared, settings);
+    let (of_whole, of_part) = (whole.channel(CAUSTIC), part.channel(CAUSTIC));
+    let mut of_part = of_part.iter();
+    for y in min[1]..max[1] {
+        for x in min[0]..max[0] {
+            assert_eq!(Some(&of_whole[(y * 40 + x) as usize]), of_part.next());
+        }
+    }
+}
+
+/// With so many photons that they and paths have about the same share of what a wall throws on the floor, and alone.
+#[test]
+fn seen_photons_and_paths_share_all_light() {
+    let mut family = Family::new("shares");
+    let mut check = |name: &str, wall: Material| {
+        let stage = beside_wall_in_the_sun(wall);
+        let gi = GlobalIllumination::Exact;
+        let found = |found_by, emitted| {
+            let mut settings = found_by_some(gi, found_by, RADIUS);
+            settings.aovs = vec!["indirect_diffuse".into()];
+            settings.photons.emitted_per_sample = Some(emitted);
+            let prepared = stage.prepare(&settings);
+            let mean = |seed| {
+                let settings = RenderSettings {
+                    seed: seed_base(&settings) + seed,
+                    ..settings.clone()
+                };
+                Picture::render(&prepared, settings).mean_of(CAUSTIC)
+            };
+            Moments::of(&(1..=48).map(mean).collect::<Vec<_>>())
+        };
+        let paths = found(CausticStrategy::Paths, 0);
+        for (found_by, emitted) in [
+            (CausticStrategy::All, 200),
+            (CausticStrategy::Photons, 4000),
+        ] {
+            let found = found(found_by, emitted);
+            let p = welch_p(&paths, &found, 1e-3 * paths.mean);
+            family.add(format!("{name}, {emitted} by {found_by:?}"), p);
+        }
+    };
+    check("a mirror", metal(0.0));
+    check("metal", metal(0.12));
+    family.check();
 }

@@ -1,7 +1,7 @@
 //! How a frame is cut into units.
 
-use kilauea_render::CollectedFrame;
-use kilauea_scene::{GlobalIllumination, RenderSettings};
+use kilauea_render::{CollectedFrame, may_have_photons_by_pass};
+use kilauea_scene::RenderSettings;
 
 /// Units for each engine thread, at least, so that none waits long for the last one.
 const UNITS_PER_THREAD: u32 = 16;
@@ -30,7 +30,7 @@ impl Plan {
     pub(crate) fn new(frame: &CollectedFrame, settings: &RenderSettings, n_threads: u32) -> Self {
         let (n_tiles, n_passes) = (frame.n_tiles(), frame.n_passes());
         let has_limit = settings.time_limit_secs.is_some();
-        let in_step = settings.gi == GlobalIllumination::Consistent;
+        let in_step = may_have_photons_by_pass(settings);
         let n_cuts = if has_limit || in_step || settings.noise.is_some() {
             n_passes
         } else {
@@ -51,6 +51,7 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use kilauea_scene::{CausticStrategy, GlobalIllumination, PhotonSettings};
 
     fn plan(settings: &RenderSettings, n_threads: u32) -> Plan {
         let frame = CollectedFrame::new(settings).unwrap();
@@ -62,6 +63,10 @@ mod tests {
         let settings = RenderSettings {
             resolution: [256, 128],
             samples_per_pixel: 64,
+            photons: PhotonSettings {
+                found_by: CausticStrategy::Paths,
+                ..PhotonSettings::default()
+            },
             ..RenderSettings::default()
         };
         let whole = plan(&settings, 2);
@@ -75,10 +80,13 @@ mod tests {
         };
         assert_eq!(plan(&limited, 1).cuts.len(), 8);
         assert!(!plan(&limited, 1).is_repeatable && !plan(&limited, 1).in_step);
-        let photons = RenderSettings {
-            gi: GlobalIllumination::Consistent,
-            ..settings
-        };
-        assert!(plan(&photons, 1).in_step && plan(&photons, 1).cuts.len() == 8);
+        for gi in [GlobalIllumination::Consistent, GlobalIllumination::Exact] {
+            let photons = RenderSettings {
+                gi,
+                photons: PhotonSettings::default(),
+                ..settings.clone()
+            };
+            assert!(plan(&photons, 1).in_step && plan(&photons, 1).cuts.len() == 8);
+        }
     }
 }

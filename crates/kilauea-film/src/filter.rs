@@ -18,6 +18,8 @@ pub struct Filter {
     /// farther out, at `N_INTERVALS + 1` even steps. The root makes the outer part of a filter
     /// that falls to zero nearly linear. Empty for the box.
     quantiles: Vec<f32>,
+    /// Integral of the profile along an axis.
+    volume: f32,
 }
 
 impl Filter {
@@ -35,6 +37,7 @@ impl Filter {
                 FilterKind::Box => Vec::new(),
                 FilterKind::Gaussian | FilterKind::BlackmanHarris => tabulate(kind, radius),
             },
+            volume: volume(kind, radius),
         }
     }
 
@@ -53,6 +56,49 @@ impl Filter {
     #[inline]
     pub fn sample(&self, u: Vec2) -> Vec2 {
         Vec2::new(self.offset(u.x), self.offset(u.y))
+    }
+
+    /// A pixel that a point of the picture (in pixels) counts for, drawn by `u` in [0, 1)² in proportion to
+    /// how much it does; and the sum of that over all pixels. None where it counts for none, as with a filter
+    /// without extent.
+    pub fn pixel_around(&self, raster: Vec2, u: Vec2) -> Option<([i32; 2], f32)> {
+        let (x, of_x) = self.place_around(raster.x, u.x)?;
+        let (y, of_y) = self.place_around(raster.y, u.y)?;
+        Some(([x, y], of_x * of_y))
+    }
+
+    /// The same along one axis.
+    fn place_around(&self, at: f32, u: f32) -> Option<(i32, f32)> {
+        if self.radius == 0.0 || !at.is_finite() {
+            return None;
+        }
+        let first = (at - 0.5 - self.radius).ceil() as i32;
+        let last = (at - 0.5 + self.radius).floor() as i32;
+        let density = |pixel: i32| self.density(at - (pixel as f32 + 0.5));
+        let sum: f32 = (first..=last).map(density).sum();
+        let mut left = u * sum;
+        let mut drawn = None;
+        for pixel in first..=last {
+            let density = density(pixel);
+            if density > 0.0 {
+                drawn = Some(pixel);
+            }
+            left -= density;
+            if left < 0.0 {
+                break;
+            }
+        }
+        drawn.map(|pixel| (pixel, sum))
+    }
+
+    /// Density of offsets along an axis, per pixel.
+    fn density(&self, offset: f32) -> f32 {
+        if offset < -self.radius || offset >= self.radius {
+            return 0.0;
+        }
+        let [distance, radius] = [offset.abs(), self.radius].map(f64::from);
+        let value = profile(self.kind, distance, radius).max(0.0);
+        value as f32 / self.volume
     }
 
     #[inline]
@@ -99,6 +145,15 @@ fn profile(kind: FilterKind, x: f64, radius: f64) -> f64 {
     }
 }
 
+/// Integral of a filter along an axis, by the midpoint rule.
+fn volume(kind: FilterKind, radius: f32) -> f32 {
+    const N_STEPS: u32 = 1024;
+    let radius = f64::from(radius);
+    let step = radius / f64::from(N_STEPS);
+    let at = |i: u32| profile(kind, (f64::from(i) + 0.5) * step, radius).max(0.0);
+    (2.0 * step * (0..N_STEPS).map(at).sum::<f64>()) as f32
+}
+
 /// The table behind [`Filter::sample`].
 fn tabulate(kind: FilterKind, radius: f32) -> Vec<f32> {
     const N_CELLS: usize = 1 << 14;
@@ -142,6 +197,38 @@ mod tests {
         FilterKind::Gaussian,
         FilterKind::BlackmanHarris,
     ];
+
+    #[test]
+    fn points_count_for_pixels_as_samples_of_those_fall_on_them() {
+        const N: usize = 100_000;
+        for (kind, radius) in KINDS.into_iter().flat_map(|k| [(k, None), (k, Some(2.2))]) {
+            let filter = Filter::new(kind, radius);
+            // Which points near pixel 7 count for it, by either way, in tenths of pixels.
+            let mut by_samples = [0.0; 60];
+            for offset in offsets(&filter, N) {
+                by_samples[((offset + 3.0) * 10.0) as usize] += 1.0 / N as f64;
+            }
+            let mut by_points = [0.0; 60];
+            for i in 0..N {
+                let at = (i as f64 + 0.5) / N as f64 * 6.0;
+                let u = (i as f32 * 0.618_034).fract();
+                let drawn = filter.place_around(at as f32 + 4.5, u);
+                if let Some((7, sum)) = drawn {
+                    by_points[(at * 10.0) as usize] += f64::from(sum) * 6.0 / N as f64;
+                }
+            }
+            for (cell, (a, b)) in by_samples.iter().zip(by_points).enumerate() {
+                assert!((a - b).abs() < 3e-3, "{kind:?} {radius:?} {cell}: {a} {b}");
+            }
+        }
+        let pixel =
+            Filter::new(FilterKind::Box, None).pixel_around(Vec2::new(2.5, -0.25), Vec2::ZERO);
+        assert_eq!(pixel, Some(([2, -1], 1.0)));
+        assert_eq!(
+            Filter::new(FilterKind::Box, Some(0.0)).pixel_around(Vec2::ONE, Vec2::ZERO),
+            None
+        );
+    }
 
     /// Even steps through [0, 1): what a perfectly stratified sampler would ask for.
     fn offsets(filter: &Filter, n: usize) -> impl Iterator<Item = f64> {

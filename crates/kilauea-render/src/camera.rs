@@ -64,6 +64,17 @@ impl Pose {
     }
 }
 
+/// A point as a camera that does not move sees it through a point of its lens.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SeenPoint {
+    /// Where in the picture, in pixels, y down.
+    pub raster: Vec2,
+    /// Unit vector to the camera.
+    pub dir: Vec3,
+    /// Distance to where camera rays begin, at the near clipping plane.
+    pub distance: f32,
+}
+
 /// A camera ray; `ray.dir` has unit length.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CameraRay {
@@ -106,6 +117,12 @@ impl RayGenerator {
         self.width + self.spread * distance
     }
 
+    /// Distance of a point (engine space) from where the camera is as the shutter opens.
+    #[inline]
+    pub(crate) fn distance(&self, p: Vec3) -> f32 {
+        p.distance(self.pose(0.0).eye)
+    }
+
     /// Whether rays need numbers for the lens.
     pub(crate) fn has_lens(&self) -> bool {
         self.lens_radius > 0.0 && self.focus_distance > 0.0
@@ -144,6 +161,70 @@ impl RayGenerator {
                 from: PrimitiveId::NONE,
             },
             distance_per_depth,
+        }
+    }
+
+    /// How the camera sees a point (engine space) through a lens point in [0, 1)², as the shutter opens.
+    /// None outside of the clipping range. Whether the picture has that place is for the caller to know.
+    pub(crate) fn see(&self, p: Vec3, lens: Vec2) -> Option<SeenPoint> {
+        let pose = self.pose(0.0);
+        let from_eye = p - pose.eye;
+        let at = Vec2::new(from_eye.dot(pose.right), from_eye.dot(pose.up));
+        let depth = from_eye.dot(pose.forward);
+        let [near, far] = self.clipping_range;
+        if !(depth > near && depth < far) {
+            return None;
+        }
+        let lens = if self.has_lens() {
+            self.lens_radius * warp::concentric_disk(lens)
+        } else {
+            Vec2::ZERO
+        };
+        // Where the ray begins, and where it is in the plane at depth one of one that begins at the eye.
+        let (origin, toward) = match self.projection {
+            Projection::Perspective => {
+                let bent = if self.has_lens() {
+                    lens / self.focus_distance
+                } else {
+                    Vec2::ZERO
+                };
+                (lens, (at - lens) / depth + bent)
+            }
+            Projection::Orthographic => {
+                let slope = if self.has_lens() {
+                    -lens / self.focus_distance
+                } else {
+                    Vec2::ZERO
+                };
+                (at - slope * depth, at - slope * depth - lens)
+            }
+        };
+        let [left, bottom, right, top] = self.window;
+        let s = (toward - Vec2::new(left, top)) / Vec2::new(right - left, bottom - top);
+        let to_camera = pose.eye + pose.right * origin.x + pose.up * origin.y - p;
+        let distance = to_camera.length();
+        Some(SeenPoint {
+            raster: s * self.resolution,
+            dir: to_camera / distance,
+            distance: distance * (1.0 - near / depth),
+        })
+    }
+
+    /// Pixels that an area of a surface at `p` covers, over that area times the cosine at the surface, where
+    /// a camera that does not move sees it along the unit vector `dir`, to or from the camera.
+    #[inline]
+    pub(crate) fn pixels_per_area(&self, p: Vec3, dir: Vec3) -> f32 {
+        let pose = self.pose(0.0);
+        let [left, bottom, right, top] = self.window;
+        let window_area = ((right - left) * (top - bottom)).abs();
+        let per_window = self.resolution.x * self.resolution.y / window_area;
+        let cos_camera = dir.dot(pose.forward).abs();
+        match self.projection {
+            Projection::Perspective => {
+                let depth = (p - pose.eye).dot(pose.forward);
+                per_window / (depth * depth * cos_camera)
+            }
+            Projection::Orthographic => per_window / cos_camera,
         }
     }
 
@@ -200,6 +281,74 @@ mod tests {
         };
         let d = at_focus(Vec2::new(0.9, 0.1)).distance(at_focus(Vec2::new(0.2, 0.6)));
         assert!(d < 1e-5, "{d}");
+    }
+
+    /// Cameras of each projection, with and without a lens.
+    fn cameras() -> impl Iterator<Item = RayGenerator> {
+        let projections = [Projection::Perspective, Projection::Orthographic];
+        let kinds = projections.map(|projection| [0.0, 0.3].map(|lens| (projection, lens)));
+        kinds
+            .into_iter()
+            .flatten()
+            .map(|(projection, lens_radius)| {
+                let mut c = camera(projection, [-0.3, -0.5, 0.7, 0.4]);
+                c.world_from_camera *= DMat4::from_rotation_x(0.3);
+                (c.lens_radius, c.focus_distance) = (lens_radius, 4.0);
+                RayGenerator::new(&c, [100, 70], DVec3::new(1e6, 0.0, 0.0))
+            })
+    }
+
+    #[test]
+    fn a_point_is_seen_where_its_ray_comes_from() {
+        for g in cameras() {
+            for raster in [Vec2::new(3.0, 60.0), Vec2::new(71.5, 20.25)] {
+                let lens = Vec2::new(0.8, 0.35);
+                let CameraRay {
+                    ray,
+                    distance_per_depth,
+                } = g.ray(raster, lens, 0.0);
+                let t = 7.0 * distance_per_depth;
+                let seen = g.see(ray.at(t), lens).expect("within the clipping range");
+                assert!(
+                    seen.raster.distance(raster) < 1e-2,
+                    "{:?} {raster:?}",
+                    seen.raster
+                );
+                assert!(
+                    seen.dir.distance(-ray.dir) < 1e-5,
+                    "{:?} {:?}",
+                    seen.dir,
+                    ray.dir
+                );
+                assert!((seen.distance - (t - ray.t_min)).abs() < 1e-4);
+            }
+            assert!(
+                g.see(
+                    g.ray(Vec2::splat(9.0), Vec2::ZERO, 0.0).ray.at(0.05),
+                    Vec2::ZERO
+                )
+                .is_none()
+            );
+        }
+    }
+
+    #[test]
+    fn pixels_cover_as_much_as_their_rays_spread() {
+        for g in cameras() {
+            let (raster, lens) = (Vec2::new(71.5, 20.25), Vec2::new(0.8, 0.35));
+            let at_depth = |raster| {
+                let r = g.ray(raster, lens, 0.0);
+                (r.ray.at(7.0 * r.distance_per_depth), r.ray.dir)
+            };
+            let (p, dir) = at_depth(raster);
+            let [x, y] = [Vec2::X, Vec2::Y].map(|step| at_depth(raster + step).0 - p);
+            // Across the view axis.
+            let cross = x.cross(y);
+            let cos_surface = (cross.normalize()).dot(dir).abs();
+            let expected = 1.0 / (cross.length() * cos_surface);
+            let found = g.pixels_per_area(p, dir);
+            assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+        }
     }
 
     #[test]

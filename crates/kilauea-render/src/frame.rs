@@ -21,7 +21,7 @@ use crate::integrator::{
 use crate::needs::SceneNeeds;
 use crate::noise::{NoiseGate, n_pixels_below};
 use crate::passes::{Passes, PixelRun, TILE_SIZE};
-use crate::photon::TracedPhotons;
+use crate::photon::{PhotonCounts, TracedPhotons};
 use crate::plain::run_plain;
 use crate::prepared::PreparedScene;
 use crate::program::{PassesJob, PixelProgram, PixelRoots, Sampled};
@@ -92,10 +92,15 @@ pub(crate) struct Outcome {
 impl Outcome {
     /// Notes that photons were traced.
     pub(crate) fn add_photons(&mut self, traced: &TracedPhotons) {
-        self.caustics.rays += traced.counts.rays;
-        self.caustics.seconds += traced.seconds;
-        self.counts.invalid += traced.counts.invalid_rays;
-        self.counts.in_too_many_media += traced.counts.in_too_many_media;
+        self.add_photon_counts(&traced.counts, traced.seconds);
+    }
+
+    /// The same, by what was counted meanwhile.
+    pub(crate) fn add_photon_counts(&mut self, counts: &PhotonCounts, seconds: f64) {
+        self.caustics.rays += counts.rays;
+        self.caustics.seconds += seconds;
+        self.counts.invalid += counts.invalid_rays;
+        self.counts.in_too_many_media += counts.in_too_many_media;
     }
 }
 

@@ -42,7 +42,7 @@ mod unit_pixels;
 mod units;
 mod wire;
 
-pub use caustics::PhotonDemand;
+pub use caustics::{PhotonDemand, may_have_photons_by_pass};
 pub use collect::CollectedFrame;
 pub use conditions::Conditions;
 pub use error::RenderError;

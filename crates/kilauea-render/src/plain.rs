@@ -83,7 +83,11 @@ fn sample_tile<const CUTOUTS: bool, M: Media, G: Guide, X: Merge>(
             let path = integrator.start(ray);
             let counts = &mut sampled.counts;
             let path = integrator.trace(path, numbers, counts, &mut trail, &cx);
-            let sample = sampler.finish(&view, &in_place(path));
+            let mut found = in_place(path);
+            integrator
+                .merge
+                .show(pixel.position, sample_idx, &mut found);
+            let sample = sampler.finish(&view, &found);
             if !tile.add(pixel_idx as usize, &sample) {
                 let (id, fault) = in_place(sampler.find_fault(&pixel, sample_idx, &cx));
                 sampled.faults.get_or_insert_default().add(id, fault);

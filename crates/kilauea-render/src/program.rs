@@ -100,9 +100,11 @@ impl<const CUTOUTS: bool, M: Media, G: Guide, X: Merge> PixelProgram<'_, CUTOUTS
                     let is_finite = {
                         let path = self.sampler.integrator.start(ray);
                         let counts = &mut sampled.counts;
-                        let found = (self.sampler.integrator)
+                        let mut found = (self.sampler.integrator)
                             .trace(path, sampler, counts, &mut trail, &cx)
                             .await;
+                        let merge = &self.sampler.integrator.merge;
+                        merge.show(pixel.position, sample_idx, &mut found);
                         let sample = self.sampler.finish(&view, &found);
                         let pixel_idx = pixel_idx as usize;
                         match &mut held_tile {

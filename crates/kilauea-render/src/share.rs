@@ -38,6 +38,8 @@ pub enum PathKind {
     Irradiance,
     /// As caustic photons, of which each member of a set keeps a part.
     DividedCausticPhotons,
+    /// What the camera sees of photons.
+    Splats,
 }
 
 impl PathKind {
@@ -51,6 +53,7 @@ impl PathKind {
             Self::Trial => "trial",
             Self::Irradiance => "irradiance",
             Self::DividedCausticPhotons => "divided caustic photons",
+            Self::Splats => "splats",
         }
     }
 
@@ -62,7 +65,8 @@ impl PathKind {
             | Self::CausticPhotons
             | Self::DividedCausticPhotons
             | Self::Arrivals
-            | Self::Irradiance => 4 * PATHS_PER_BLOCK,
+            | Self::Irradiance
+            | Self::Splats => 4 * PATHS_PER_BLOCK,
             Self::Training | Self::Trial => 16,
         }
     }

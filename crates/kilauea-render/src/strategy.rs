@@ -21,10 +21,7 @@ use crate::integrator::{
 impl Frame {
     /// Takes all samples.
     pub(crate) fn take_samples(&self) -> Result<(), RenderError> {
-        let plan = match self.settings.gi {
-            GlobalIllumination::Exact => None,
-            GlobalIllumination::Consistent => CausticPlan::of(self)?,
-        };
+        let plan = CausticPlan::of(self)?;
         let learnt = match (&self.told, self.settings.integrator) {
             (_, Integrator::Path) => Arc::default(),
             (Some(told), Integrator::Kilauea) => Arc::clone(told),
@@ -41,6 +38,9 @@ impl Frame {
             _ => None,
         };
         match (plan, irradiance) {
+            (Some(plan), None) if self.settings.gi == GlobalIllumination::Exact => {
+                self.run_light_tracing(&plan, &learnt)
+            }
             (Some(plan), irradiance) => self.run_merging(&plan, irradiance.as_ref(), &learnt),
             (None, Some(irradiance)) => self.run_gathering(&irradiance, &learnt),
             (None, None) => self.run_told(&learnt),
@@ -156,6 +156,33 @@ impl Frame {
                     self.run_pass(integrator, photons.merge(source), irradiance, passes)
                 }
             }?;
+        }
+        Ok(())
+    }
+
+    /// Takes all samples by paths that share light with photons that the camera sees, of which each pass
+    /// has its own, and are told what was learnt, and where light is bright and seldom found.
+    fn run_light_tracing(
+        &self,
+        plan: &CausticPlan<'_>,
+        learnt: &GatherEstimate,
+    ) -> Result<(), RenderError> {
+        let aims = self.find_aims()?;
+        let integrator = self.integrator::<true, _>(self.camera_media());
+        let integrator = integrator.guided_by(Guided {
+            field: learnt.directions.as_ref(),
+            aims: aims.as_ref().map(|field| Aimed { field }),
+            lights: learnt.lights(),
+        });
+        for pass in 0..self.passes.n_passes() {
+            if self.is_clean() || self.is_late() || self.is_over() {
+                break;
+            }
+            let passes = pass..pass + 1;
+            if self.has_work(&passes) {
+                let splats = plan.trace_splats(self, pass)?;
+                self.run_some(integrator.merging_by(splats.merge()), passes)?;
+            }
         }
         Ok(())
     }

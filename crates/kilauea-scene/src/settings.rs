@@ -94,6 +94,14 @@ pub struct DataWindow {
     pub max: [i32; 2],
 }
 
+impl DataWindow {
+    /// Whether there is a pixel in that column and row.
+    pub fn contains(&self, [column, row]: [i32; 2]) -> bool {
+        let [columns, rows] = [0, 1].map(|axis| self.min[axis]..self.max[axis]);
+        columns.contains(&column) && rows.contains(&row)
+    }
+}
+
 /// How paths find light. The expected image is the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -105,20 +105,12 @@ impl Path {
         path.d_light(self.emission_pdf(), self.cos_near_light[0] as f32)
     }
 
-    /// Weights of merging, hitting and connecting.
-    fn weights(&self, merging: Merging) -> [f32; 3] {
+    /// Weights of merging, and of hitting and connecting together.
+    fn weights(&self, merging: Merging) -> [f32; 2] {
         let pdf_at_rough = self.from_eye[self.n_edges() - 1] as f32;
-        let (pdf, connect_pdf) = (self.from_eye[0], self.connect);
-        let connection = if connect_pdf > 0.0 {
-            let d_light = self.d_light(connect_pdf);
-            merging.weight_of_connection(d_light, pdf as f32, connect_pdf as f32)
-        } else {
-            0.0
-        };
         [
             merging.weight_of_photon(self.d_eye(), pdf_at_rough),
-            merging.weight_of_hit(self.d_light(pdf), pdf as f32, connect_pdf as f32),
-            connection,
+            merging.weight_of_eye(self.d_light(self.from_eye[0] + self.connect)),
         ]
     }
 }
@@ -140,7 +132,7 @@ fn weights_are_those_of_the_balance_heuristic() {
             let [photon, hit, connect] = path.densities();
             let eta =
                 f64::from(n_emitted as u32) * std::f64::consts::PI * f64::from(radius).powi(2);
-            let densities = [eta * photon, hit, connect];
+            let densities = [eta * photon, hit + connect];
             let sum: f64 = densities.iter().sum();
             for (weight, density) in path.weights(merging).into_iter().zip(densities) {
                 assert!((f64::from(weight) - density / sum).abs() < 1e-4);

@@ -41,27 +41,12 @@ impl Merging {
         self.kept_share(self.eta / (self.eta + d_eye * pdf))
     }
 
-    /// Weight of hitting a light, where `d_light` is the path's own, `pdf` the density with which the
-    /// last BSDF sampled the direction to the light and `connect_pdf` that of connecting, zero if
-    /// nothing connects.
+    /// Weight of what the eye finds by hitting and by connecting together, where `d_light` is a path's own with
+    /// the sum of both densities as that of its last direction. How either shares that is free.
     #[inline]
-    pub fn weight_of_hit(self, d_light: f32, pdf: f32, connect_pdf: f32) -> f32 {
-        self.weight_beside(1.0, connect_pdf / pdf, self.eta * d_light)
-    }
-
-    /// Weight of connecting to a light: as for [`weight_of_hit`](Self::weight_of_hit), with the
-    /// densities in each other's place. `d_light` is of the path that connects, so with
-    /// `connect_pdf` as the density of its last direction.
-    #[inline]
-    pub fn weight_of_connection(self, d_light: f32, pdf: f32, connect_pdf: f32) -> f32 {
-        self.weight_beside(1.0, pdf / connect_pdf, self.eta * d_light)
-    }
-
-    /// Weight of a strategy with the density `own` beside another of the eye and merging.
-    fn weight_beside(self, own: f32, other: f32, merging: f32) -> f32 {
-        // Neither product overflows: the densities of tiny lights are huge.
-        let share = self.kept_share(1.0 / (1.0 + (own + other) / merging));
-        (1.0 - share) * own / (own + other)
+    pub fn weight_of_eye(self, d_light: f32) -> f32 {
+        // No overflow: the densities of tiny lights are huge.
+        1.0 - self.kept_share(1.0 / (1.0 + 1.0 / (self.eta * d_light)))
     }
 
     fn kept_share(self, share: f32) -> f32 {

@@ -1,10 +1,10 @@
 //! What room caustic photons may take, before any is traced.
 
-use kilauea_scene::{GlobalIllumination, PhotonSplit, RenderSettings, Scene};
+use kilauea_scene::{CausticStrategy, GlobalIllumination, PhotonSplit, RenderSettings, Scene};
 
 use super::division::BYTES_PER_PHOTON;
 use super::pass::n_emitted;
-use super::plan::{n_per_sample, why_no_photons};
+use super::plan::{is_exact, n_per_sample, why_no_photons};
 use crate::passes::largest_pass;
 use crate::set::MOST_PASSES;
 
@@ -16,12 +16,19 @@ pub struct PhotonDemand {
     split: PhotonSplit,
 }
 
+/// Whether each pass of a frame's samples may have photons of its own, by what is known before any is traced.
+pub fn may_have_photons_by_pass(settings: &RenderSettings) -> bool {
+    let is_found_by_paths =
+        is_exact(settings) && settings.photons.found_by == CausticStrategy::Paths;
+    settings.max_depth >= 2 && !is_found_by_paths
+}
+
 impl PhotonDemand {
     /// A photon for each path of light; nothing where none will be followed. A path leaves several where
     /// surfaces are mirrors and rough as well, which shows when they are met.
     pub fn of(scene: &Scene, settings: &RenderSettings) -> Self {
         let is_traced = settings.gi == GlobalIllumination::Consistent
-            && why_no_photons(scene, settings).is_none();
+            && why_no_photons(scene, &scene.camera, settings).is_none();
         let n_samples = largest_pass(settings.samples_per_pixel);
         let n_photons = n_emitted(n_per_sample(settings), n_samples);
         Self {

@@ -2,12 +2,12 @@
 
 use kilauea_math::hash::combine;
 use kilauea_photon::ProgressiveRadius;
-use kilauea_scene::{RenderSettings, Scene};
+use kilauea_scene::{Camera, CausticStrategy, GlobalIllumination, RenderSettings, Scene};
 
 use super::radius::first_radius;
 use crate::RenderError;
 use crate::frame::Frame;
-use crate::light::Emitter;
+use crate::light::{Emitter, UsefulRay};
 use crate::needs::moves;
 use crate::photon::{
     IMPORTON_BLOCK, N_PILOT, PhotonRequest, Pilot, pilot, trace_caustic_photons,
@@ -31,6 +31,11 @@ pub(crate) struct CausticPlan<'a> {
 const SAMPLES_PER_PATH: u32 = 8;
 /// A frame of few photons aims by one in so many more.
 const PILOT_SHARE: u32 = 8;
+/// A frame for which the camera would see photons of fewer paths goes without.
+const LEAST_EMITTED: u32 = 4096;
+/// Variance of a sample of a pixel, relative to the square of its luminance, that photons have to take for the
+/// camera to look at them. About what they cost: a tenth of the time, where a sample has some half to one of other light.
+const LEAST_GAIN: f64 = 0.1;
 /// Apart from the numbers of all samples, whose photons have seeds by them.
 const AIMED_PILOT: u32 = u32::MAX;
 
@@ -54,15 +59,23 @@ impl<'a> CausticPlan<'a> {
         let Frame {
             prepared, settings, ..
         } = frame;
+        if is_exact(settings) && settings.photons.found_by == CausticStrategy::Paths {
+            return Ok(Err(Vec::new()));
+        }
         let skip = |reason: &str| Ok(Err(vec![format!("caustic photons: {reason}")]));
         let emitter = Emitter::new(&prepared.lights, &prepared.geometry, &prepared.textures);
         if emitter.is_empty() {
             return skip("no light sends any out");
         }
-        if let Some(reason) = why_no_photons(&prepared.scene, settings) {
+        if let Some(reason) = why_no_photons(&prepared.scene, &prepared.camera, settings) {
             return skip(reason);
         }
         let n_per_sample = n_per_sample(settings);
+        if is_exact(settings)
+            && n_per_sample.saturating_mul(settings.samples_per_pixel) < LEAST_EMITTED
+        {
+            return skip("so few samples are not worth a look at them");
+        }
         let max_specular = settings.max_depth.div_ceil(2);
         let plan = |emitter, first_radius, kept_per_path| Self {
             emitter,
@@ -93,9 +106,26 @@ impl<'a> CausticPlan<'a> {
 
         // Where do photons have to go?
         let Pilot {
-            importons, traced, ..
+            importons,
+            traced,
+            mean_luminance,
+            ..
         } = pilot(prepared, settings.resolution, &request, share)?;
         frame.lock_outcome().add_photons(&traced);
+        if is_exact(settings) {
+            let mut plan = plan(emitter.aimed_by(&traced.useful_rays), 0.0, 0.0);
+            if traced.useful_rays.is_empty() {
+                return skip("too few arrive where they are seen");
+            }
+            let gain = plan.aim_at_what_is_seen(frame, &emitter, request, mean_luminance)?;
+            return if gain >= LEAST_GAIN {
+                Ok(Ok(plan))
+            } else {
+                skip(&format!(
+                    "the camera sees too little of them, {gain:.1e} of the variance of a sample"
+                ))
+            };
+        }
         let emitter = emitter.aimed_by(&traced.useful_rays);
 
         // How dense are they then?
@@ -115,6 +145,32 @@ impl<'a> CausticPlan<'a> {
         }
     }
 
+    /// Aims light from anywhere at what the camera is found to see of it, in three rounds. Returns what photons
+    /// are worth, as [`Self::look`] has it.
+    fn aim_at_what_is_seen(
+        &mut self,
+        frame: &Frame,
+        anywhere: &Emitter<'a>,
+        request: PhotonRequest,
+        mean_luminance: f64,
+    ) -> Result<f64, RenderError> {
+        let mut rays = Vec::new();
+        let mut gain = 0.0;
+        for round in 0..3 {
+            let request = PhotonRequest {
+                seed: combine(frame.settings.seed, AIMED_PILOT - round),
+                ..request
+            };
+            let seen = self.look(frame, &request, mean_luminance)?;
+            gain = seen.gain;
+            rays.extend(seen.rays);
+            if rays.len() >= UsefulRay::MIN_TO_AIM {
+                self.emitter = anywhere.aimed_by(&rays);
+            }
+        }
+        Ok(gain)
+    }
+
     /// Radius of the sample with that number, from zero.
     pub(super) fn radius(&self, sample_idx: u32) -> f32 {
         let mut radius = ProgressiveRadius::new(self.first_radius);
@@ -126,12 +182,26 @@ impl<'a> CausticPlan<'a> {
 }
 
 /// Why no photons are traced whatever they would bring, if that is so.
-pub(super) fn why_no_photons(scene: &Scene, settings: &RenderSettings) -> Option<&'static str> {
+pub(super) fn why_no_photons(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &RenderSettings,
+) -> Option<&'static str> {
     if settings.max_depth < 2 {
         return Some("paths are too short for caustics");
     }
-    let moves = scene.prototypes.iter().any(moves);
-    moves.then_some("something moves while the shutter is open")
+    if scene.prototypes.iter().any(moves) {
+        return Some("something moves while the shutter is open");
+    }
+    if is_exact(settings) && !camera.later_world_from_camera.is_empty() {
+        return Some("the camera moves while the shutter is open");
+    }
+    None
+}
+
+/// Whether the camera is to see photons itself, as they may not be merged with.
+pub(super) fn is_exact(settings: &RenderSettings) -> bool {
+    settings.gi == GlobalIllumination::Exact
 }
 
 fn pilot_request(settings: &RenderSettings, n_threads: usize) -> PhotonRequest {

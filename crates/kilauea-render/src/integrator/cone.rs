@@ -27,10 +27,16 @@ impl RayCone {
         }
     }
 
+    /// Width after a distance from where the path scattered last.
+    #[inline]
+    pub(crate) fn width_after(self, distance: f32) -> f32 {
+        self.width + self.spread * distance
+    }
+
     /// Arrives at the next vertex.
     #[inline]
     pub(super) fn advance(&mut self, distance: f32) {
-        self.width += self.spread * distance;
+        self.width = self.width_after(distance);
     }
 
     /// Scatters by a lobe that is no mirror.

@@ -29,8 +29,8 @@ pub(crate) use guide::{
 };
 pub(crate) use media::{Air, Boundary, Media, MediumStack};
 pub(crate) use merge::{
-    ArrivingPhoton, CausticMerge, FinalGather, Gathering, Merge, N_WORDS, PhotonSource,
-    PhotonsOfSet, Unmerged,
+    ArrivingPhoton, CausticMerge, FinalGather, Gathering, LightPdfs, LightTracing, MIN_PEAK, Merge,
+    N_WORDS, PhotonSource, PhotonsOfSet, SeenVertex, SplatShares, Unmerged,
 };
 pub(crate) use path::PathIntegrator;
 pub(crate) use path_sample::PathSample;

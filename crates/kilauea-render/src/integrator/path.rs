@@ -264,7 +264,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                 let passed = path.media.transmittance(self.geometry, t);
                 let weight = self
                     .merge
-                    .weight_of_hit(&path.eye, path.segment(), &emitted);
+                    .weight_of_hit(&path.eye, path.segment(), &emitted, t);
                 path.add_emitted(out, depth, &emitted, passed, weight);
             },
         );
@@ -285,9 +285,9 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
             |emitted| {
                 self.see_emitted(depth, None, &emitted);
                 let passed = path.media.transmittance(self.geometry, f32::INFINITY);
-                let weight = self
-                    .merge
-                    .weight_of_hit(&path.eye, path.segment(), &emitted);
+                let weight =
+                    self.merge
+                        .weight_of_hit(&path.eye, path.segment(), &emitted, f32::INFINITY);
                 path.add_emitted(out, depth, &emitted, passed, weight);
             },
         );
@@ -366,7 +366,7 @@ impl<'a, const CUTOUTS: bool, M: Media, G: Guide, X: Merge, W: Watch>
                 self.see_emitted(depth, Some(at), &emitted);
                 let weight = self
                     .merge
-                    .weight_of_hit(&path.eye, path.segment(), &emitted);
+                    .weight_of_hit(&path.eye, path.segment(), &emitted, hit.t);
                 path.add_emitted(out, depth, &emitted, vertex.passed, weight);
             }
         }

@@ -79,7 +79,7 @@ impl Question {
     /// Asks whether anything is between the vertex after `depth` events, in a medium of
     /// `least_priority`, and a light.
     #[inline]
-    pub(super) fn occluded<const CUTOUTS: bool>(
+    pub(crate) fn occluded<const CUTOUTS: bool>(
         ray: &Ray,
         least_priority: i8,
         sampler: &Sampler<'_>,
@@ -116,7 +116,7 @@ impl Answer {
     /// # Panics
     /// If another question was answered.
     #[inline]
-    pub(super) fn is_occluded(&self) -> bool {
+    pub(crate) fn is_occluded(&self) -> bool {
         match self {
             Self::Occluded(is_occluded) => *is_occluded,
             other => panic!("asked for an occlusion, told of {other:?}"),

@@ -228,11 +228,13 @@ where
         };
         let (merge, eye) = (&self.integrator.merge, &self.path.eye);
         let weight = power_heuristic(sample.pdf, hit_pdf);
-        let (diffuse, mut specular) = (diffuse * weight, specular * weight);
-        let shared = merge.weight_of_connection(eye, &self.vertex, bsdf, &light, hit_pdf);
+        let (mut diffuse, mut specular) = (diffuse * weight, specular * weight);
+        let lobes = (bsdf, &eval);
+        let shared = merge.weight_of_connection(eye, &self.vertex, lobes, &light, hit_pdf);
         if let Some(shared) = shared {
-            let narrow = shared.narrow * light.specular;
-            specular = (specular + narrow * (shared.weight - weight)).max(0.0);
+            let more = shared.weight - weight;
+            diffuse = (diffuse + shared.diffuse * (light.diffuse * more)).max(0.0);
+            specular = (specular + shared.specular * (light.specular * more)).max(0.0);
         }
         self.counts.shadow += 1;
         self.counts.invalid += u32::from(!shadow_ray.is_valid());

@@ -39,7 +39,7 @@ pub(crate) struct Path<M, E = ()> {
 /// The vertex that a ray left, as far as multiple importance sampling needs it.
 #[derive(Clone, Copy)]
 pub(crate) struct Departure {
-    receiver: Receiver,
+    pub(super) receiver: Receiver,
     /// Density of the direction; irrelevant where no light sampling could have found it.
     pub(super) pdf: f32,
     pub(super) is_delta: bool,

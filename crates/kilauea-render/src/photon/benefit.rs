@@ -1,5 +1,6 @@
 //! Whether photons pay: what they would bring to the image, found by a few of them.
 
+use std::f64::consts::PI;
 use std::num::NonZeroUsize;
 
 use kilauea_math::Spectrum;
@@ -51,6 +52,8 @@ pub(crate) struct Pilot {
     pub(crate) importons: Vec<Importon>,
     pub(crate) traced: TracedPhotons,
     pub(crate) benefit: PhotonBenefit,
+    /// Luminance that a pixel gets from rough surfaces, in the mean.
+    pub(crate) mean_luminance: f64,
 }
 
 /// Estimates what photons would bring to an image of so many pixels.
@@ -88,17 +91,26 @@ pub(crate) fn pilot(
         ..*request
     };
     let traced = trace_photons_shared(prepared, &pilot, share)?;
-    let shares = LightShares::at(&importons, &traced.photons);
+    let (shares, sum) = LightShares::and_sum_at(&importons, &traced.photons);
+    let n_blocks: f64 = (resolution.iter())
+        .map(|&n| f64::from(n.div_ceil(IMPORTON_BLOCK)))
+        .product();
     Ok(Pilot {
         importons,
         traced,
         benefit: PhotonBenefit::of(shares),
+        mean_luminance: sum / (PI * n_blocks),
     })
 }
 
 impl LightShares {
     /// Of the light that photons bring to importons.
     pub fn at(importons: &[Importon], photons: &[Photon]) -> Self {
+        Self::and_sum_at(importons, photons).0
+    }
+
+    /// The same, with the sum of what they scatter to the camera, times π.
+    fn and_sum_at(importons: &[Importon], photons: &[Photon]) -> (Self, f64) {
         let [direct, caustic, indirect] =
             [Kind::Direct, Kind::Caustic, Kind::Indirect].map(|kind| {
                 let of_kind = photons.iter().filter(|photon| Kind::of(photon) == kind);
@@ -107,11 +119,12 @@ impl LightShares {
             });
         let total = direct + caustic + indirect;
         let share = |part: f64| if total > 0.0 { part / total } else { 0.0 };
-        Self {
+        let shares = Self {
             direct: share(direct),
             caustic: share(caustic),
             indirect: share(indirect),
-        }
+        };
+        (shares, total)
     }
 }
 

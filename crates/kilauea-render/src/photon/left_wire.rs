@@ -6,6 +6,7 @@ use kilauea_spot::{Wire, WireError};
 
 use super::PhotonCounts;
 use super::tracer::LeftPhotons;
+use crate::caustics::Splat;
 use crate::light::UsefulRay;
 use crate::wire::{put_list, put_record, put_vec, take_list, take_record, take_vec};
 
@@ -18,6 +19,7 @@ impl Wire for LeftPhotons {
         self.brightest.encode(bytes);
         put_list(&self.useful_rays, put_useful_ray, bytes);
         put_list(&self.arrivals, put_record, bytes);
+        put_list(&self.splats, put_splat, bytes);
         self.sent_out.encode(bytes);
         let PhotonCounts {
             emitted,
@@ -46,6 +48,7 @@ impl Wire for LeftPhotons {
             brightest: f32::decode(bytes)?,
             useful_rays: take_list(take_useful_ray, bytes)?,
             arrivals: take_list(take_record, bytes)?,
+            splats: take_list(take_splat, bytes)?,
             sent_out: f64::decode(bytes)?,
             counts: PhotonCounts {
                 emitted: u64::decode(bytes)?,
@@ -112,6 +115,25 @@ fn take_useful_ray(bytes: &mut &[u8]) -> Result<UsefulRay, WireError> {
     })
 }
 
+fn put_splat(splat: &Splat, bytes: &mut Vec<u8>) {
+    splat.pixel[0].encode(bytes);
+    splat.pixel[1].encode(bytes);
+    splat.path_idx.encode(bytes);
+    splat.diffuse.to_array().encode(bytes);
+    splat.specular.to_array().encode(bytes);
+    splat.left.encode(bytes);
+}
+
+fn take_splat(bytes: &mut &[u8]) -> Result<Splat, WireError> {
+    Ok(Splat {
+        pixel: [i32::decode(bytes)?, i32::decode(bytes)?],
+        path_idx: u32::decode(bytes)?,
+        diffuse: Spectrum::from(<[f32; 3]>::decode(bytes)?),
+        specular: Spectrum::from(<[f32; 3]>::decode(bytes)?),
+        left: f32::decode(bytes)?,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,6 +173,13 @@ mod tests {
                 pixel: [-1, 2],
                 brought: 6.0,
             }],
+            splats: vec![Splat {
+                pixel: [-3, 4],
+                path_idx: 8,
+                diffuse: Spectrum::from([0.25, 3.0, 1e-20]),
+                specular: Spectrum::ONE,
+                left: 0.75,
+            }],
             sent_out: 0.1,
             counts: PhotonCounts {
                 emitted: 1,
@@ -175,10 +204,12 @@ mod tests {
             brightest,
             useful_rays,
             arrivals,
+            splats,
             sent_out,
             counts,
         } = left();
         assert_eq!((read.photons, read.arrivals), (photons, arrivals));
+        assert_eq!(read.splats, splats);
         assert_eq!(read.brightest, brightest);
         assert_eq!((read.sent_out, read.counts), (sent_out, counts));
         assert_eq!(

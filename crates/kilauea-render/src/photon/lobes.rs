@@ -1,7 +1,7 @@
 //! By which of its lobes a surface scattered light: narrow ones, as a mirror does, or rough ones.
 
 use kilauea_bsdf::SeenBsdf;
-use kilauea_math::Spectrum;
+use kilauea_math::{Spectrum, Vec3};
 
 /// Lobes of a lower roughness are narrow: specular for the classes of photons, as they see too few photons
 /// of a map. A surface without any other keeps none.
@@ -11,6 +11,9 @@ pub const MIN_ROUGHNESS: f32 = 0.15;
 pub(crate) fn is_specular(is_delta: bool, bsdf: &SeenBsdf) -> bool {
     is_delta || !bsdf.has_rough_lobes(MIN_ROUGHNESS)
 }
+
+/// Tells the choice of lobes from all else that is decided at a vertex.
+pub(crate) const LOBES_KEY: u32 = 0x1000_0000;
 
 /// Lobes of one kind, of all that scattered light from one direction into another.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +33,24 @@ impl DrawnLobes {
         are_narrow: false,
         shares: [Spectrum::ONE; 2],
     };
+
+    /// By which lobes of the first a path goes on to `wi`, which it drew from the second ones; `is_delta` if
+    /// there was no other direction. Drawn by `u`, where there is a choice.
+    pub(crate) fn draw_at(
+        (wi, is_delta): (Vec3, bool),
+        [bsdf, drawn_from]: [&SeenBsdf; 2],
+        u: impl FnOnce() -> f32,
+    ) -> Self {
+        if is_specular(is_delta, bsdf) {
+            return Self::NARROW;
+        }
+        if !bsdf.has_narrow_lobes(MIN_ROUGHNESS) {
+            return Self::ROUGH;
+        }
+        let eval = drawn_from.eval(wi);
+        let narrow = drawn_from.eval_narrow(wi, MIN_ROUGHNESS);
+        Self::draw([eval.diffuse, eval.specular], narrow, u())
+    }
 
     /// Draws narrow or rough lobes by `u`, uniform in [0, 1), where diffuse lobes and others scatter
     /// `scattered`, and `narrow` of the latter is of narrow ones.

@@ -15,6 +15,11 @@ pub(super) enum Meeting {
 }
 
 impl Meeting {
+    /// Whether the camera sees nothing of a surface that `met_by` those rays.
+    pub(super) fn is_hidden_from_camera(met_by: Visibility) -> bool {
+        met_by & Visibility::CAMERA == Visibility::NONE
+    }
+
     /// At a surface that `met_by` those rays.
     pub(super) fn of(met_by: Visibility) -> Self {
         let has = |kind: Visibility| met_by & kind != Visibility::NONE;

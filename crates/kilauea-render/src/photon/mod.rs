@@ -28,7 +28,7 @@ pub use benefit::{LightShares, PhotonBenefit, photon_benefit};
 pub use counts::PhotonCounts;
 pub use importon::{Importon, ImportonRequest, trace_importons};
 pub use lobes::MIN_ROUGHNESS;
-pub(crate) use lobes::{DrawnLobes, is_specular};
+pub(crate) use lobes::{DrawnLobes, LOBES_KEY, is_specular};
 pub(crate) use part::DividedPaths;
 pub use part::PhotonPart;
 pub use picture::photon_picture;
@@ -36,6 +36,6 @@ pub use report::{PhotonMemory, PhotonNumbers, PhotonRays, PhotonReport, PhotonTi
 pub(crate) use scatter::adjoint_pdf;
 pub use trace::{PhotonRequest, TracedPhotons, trace_photons};
 pub(crate) use trace::{
-    TracedArrivals, trace_arrivals, trace_caustic_photons, trace_irradiance, trace_photons_shared,
-    trace_scouts,
+    SplatView, TracedArrivals, trace_arrivals, trace_caustic_photons, trace_irradiance,
+    trace_photons_shared, trace_scouts, trace_splats,
 };

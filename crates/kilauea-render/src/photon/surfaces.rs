@@ -126,6 +126,11 @@ impl<'a> Surfaces<'a> {
 }
 
 impl<M> Vertex<'_, M> {
+    /// Whether there are media on either side.
+    pub(super) fn bounds_medium(&self) -> bool {
+        self.boundary.is_some()
+    }
+
     /// The geometric normal on the side of arrival.
     pub(super) fn n(&self) -> Vec3 {
         let surface = &self.interaction.surface;

@@ -1,14 +1,16 @@
 use std::time::Instant;
 
+use kilauea_film::Filter;
 use kilauea_gather::GatherRecord;
 use kilauea_photon::Photon;
-use kilauea_scene::Shading;
+use kilauea_scene::{DataWindow, Shading};
 
 use super::counts::PhotonCounts;
 use super::tracer::{LeftPhotons, PhotonTracer};
 use crate::RenderError;
+use crate::caustics::Splat;
 use crate::follow::{PATHS_PER_BLOCK, Workforce, follow_some};
-use crate::integrator::{Air, Blame, Media, MediumStack, RayTracer};
+use crate::integrator::{Air, Blame, Media, MediumStack, RayCone, RayTracer, SplatShares};
 use crate::light::{Emitter, UsefulRay};
 use crate::prepared::PreparedScene;
 use crate::sampler::SamplerTables;
@@ -30,8 +32,8 @@ pub struct PhotonRequest {
 }
 
 /// Which photons are kept. Paths end where they can leave no more of them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kept {
+#[derive(Clone, Copy)]
+pub(super) enum Kept<'a> {
     All,
     Caustic,
     /// What diffuse lobes receive, where there are any; of scouts, also how their light left.
@@ -40,15 +42,31 @@ pub(super) enum Kept {
     },
     /// None, but how light arrives over mirrors, refraction and narrow lobes alone.
     Arrivals,
+    /// None, but what the camera sees of light that was scattered in a peak first.
+    Splats(&'a SplatView<'a>),
 }
 
-impl Kept {
+/// What the camera sees of photons.
+#[derive(Clone, Copy)]
+pub(crate) struct SplatView<'a> {
+    pub(crate) shares: SplatShares<'a>,
+    pub(crate) filter: &'a Filter,
+    /// Pixels that there are.
+    pub(crate) window: DataWindow,
+    /// Of camera rays.
+    pub(crate) cone: RayCone,
+    /// Whether it is to be told how the light left of photons that are seen.
+    pub(crate) scouts: bool,
+}
+
+impl Kept<'_> {
     fn path_kind(self) -> PathKind {
         match self {
             Self::All => PathKind::Photons,
             Self::Caustic => PathKind::CausticPhotons,
             Self::Irradiance { .. } => PathKind::Irradiance,
             Self::Arrivals => PathKind::Arrivals,
+            Self::Splats(_) => PathKind::Splats,
         }
     }
 }
@@ -115,6 +133,33 @@ pub(crate) fn trace_caustic_photons(
     trace_kept(prepared, emitter, request, Kept::Caustic, share)
 }
 
+/// What the camera sees of photons, and what was done for that.
+#[derive(Default)]
+pub(crate) struct TracedSplats {
+    /// In the order of their paths.
+    pub(crate) splats: Vec<Splat>,
+    /// How the light of each left, where that is asked for, with the luminance that a pixel gets.
+    pub(crate) rays: Vec<UsefulRay>,
+    pub(crate) counts: PhotonCounts,
+}
+
+/// Traces what the camera sees of light that was scattered in a peak first, from lights that may be aimed.
+pub(crate) fn trace_splats(
+    prepared: &PreparedScene,
+    emitter: &Emitter<'_>,
+    view: &SplatView<'_>,
+    request: &PhotonRequest,
+    share: Option<&dyn PathShare>,
+) -> Result<TracedSplats, RenderError> {
+    let mut traced = TracedSplats::default();
+    for left in follow_photons(prepared, emitter, request, Kept::Splats(view), share)? {
+        traced.counts.add(&left.counts);
+        traced.splats.extend(left.splats);
+        traced.rays.extend(left.useful_rays);
+    }
+    Ok(traced)
+}
+
 /// Traces photons whose density is what diffuse lobes receive: each counts for as much as its surface
 /// takes of light from there, so that irradiance times [`kilauea_bsdf::SeenBsdf::diffuse_albedo`] / π is
 /// the radiance that diffuse lobes send on.
@@ -161,7 +206,7 @@ fn trace_kept(
     prepared: &PreparedScene,
     emitter: &Emitter<'_>,
     request: &PhotonRequest,
-    kept: Kept,
+    kept: Kept<'_>,
     share: Option<&dyn PathShare>,
 ) -> Result<TracedPhotons, RenderError> {
     let start = Instant::now();
@@ -185,7 +230,7 @@ fn follow_photons(
     prepared: &PreparedScene,
     emitter: &Emitter<'_>,
     request: &PhotonRequest,
-    kept: Kept,
+    kept: Kept<'_>,
     share: Option<&dyn PathShare>,
 ) -> Result<Vec<LeftPhotons>, RenderError> {
     let needs = &prepared.needs;
@@ -201,7 +246,7 @@ fn follow<const CUTOUTS: bool, M: Media>(
     prepared: &PreparedScene,
     emitter: &Emitter<'_>,
     request: &PhotonRequest,
-    kept: Kept,
+    kept: Kept<'_>,
     share: Option<&dyn PathShare>,
 ) -> Result<Vec<LeftPhotons>, RenderError> {
     /// Keeps the numbers of photons apart from those of camera paths.

@@ -1,7 +1,8 @@
+use kilauea_accel::{Ray, Visibility};
 use kilauea_bsdf::{Bsdf, SeenBsdf};
 use kilauea_gather::{Arrival, GatherRecord};
 use kilauea_math::hash::unit_f32;
-use kilauea_math::{Spectrum, Vec3};
+use kilauea_math::{Spectrum, Vec2, Vec3};
 use kilauea_photon::{LightSubpath, Photon, PhotonClass};
 use kilauea_spot::{Context, Program};
 
@@ -9,10 +10,14 @@ use super::history::History;
 use super::meeting::Meeting;
 use super::scatter::{ScatteredLight, sample_adjoint};
 use super::surfaces::{Surfaces, Traveller, Vertex};
-use super::trace::Kept;
-use super::{DrawnLobes, MIN_ROUGHNESS, PhotonCounts, PhotonRequest, is_specular};
+use super::trace::{Kept, SplatView};
+use super::{DrawnLobes, LOBES_KEY, MIN_ROUGHNESS, PhotonCounts, PhotonRequest, is_specular};
+use crate::caustics::Splat;
 use crate::follow::Follow;
-use crate::integrator::{Aimed, Answer, Blame, MIN_GUIDED_ROUGHNESS, Media, Question, RayTracer};
+use crate::integrator::{
+    Aimed, Answer, Blame, LightPdfs, MIN_GUIDED_ROUGHNESS, MIN_PEAK, Media, Question, RayTracer,
+    SeenVertex, SplatShares,
+};
 use crate::light::{EmittedPhoton, Emitter, Receiver, UsefulRay};
 use crate::needs::SceneNeeds;
 use crate::prepared::PreparedScene;
@@ -25,7 +30,7 @@ pub(super) struct PhotonTracer<'a, const CUTOUTS: bool, M> {
     blame: &'a Blame,
     needs: SceneNeeds,
     max_depth: u32,
-    kept: Kept,
+    kept: Kept<'a>,
     /// One over the number of paths.
     share: f32,
     /// Width of what a photon stands for: textures need not be sharper.
@@ -45,6 +50,8 @@ pub(super) struct LeftPhotons {
     pub(super) useful_rays: Vec<UsefulRay>,
     /// What paths are aimed by, where that is all that is kept.
     pub(super) arrivals: Vec<GatherRecord>,
+    /// What the camera sees of photons, where that is all that is kept.
+    pub(super) splats: Vec<Splat>,
     /// Luminance of the power that lights sent out.
     pub(super) sent_out: f64,
     pub(super) counts: PhotonCounts,
@@ -60,7 +67,28 @@ struct LightPath<M> {
     depth: u32,
     /// The first of them, once there is any.
     p_met: Vec3,
+    /// Where the camera is to see photons: the ratio of densities at the first surface, which scattered
+    /// light in a peak.
+    at_last: Option<f32>,
 }
+
+/// What becomes of a path where it arrives.
+struct Arrived {
+    goes_on: bool,
+    seen: Option<SeenPhoton>,
+}
+
+/// A photon that the camera sees, unless something is between them.
+struct SeenPhoton {
+    /// Whether something is.
+    question: Question,
+    splat: Splat,
+    /// Whether to tell how its light left.
+    is_scout: bool,
+}
+
+/// Rays to the camera end this much before its near plane.
+const VIEW_T_MAX: f32 = 1.0 - 1e-4;
 
 impl<const CUTOUTS: bool, M: Media> Follow for PhotonTracer<'_, CUTOUTS, M> {
     type Left = LeftPhotons;
@@ -85,8 +113,9 @@ impl<const CUTOUTS: bool, M: Media> Follow for PhotonTracer<'_, CUTOUTS, M> {
                 left.counts.invalid_rays += u64::from(!path.traveller.ray.is_valid());
                 break;
             };
+            let footprint = self.footprint_at(path.traveller.ray.at(hit.t));
             let hit = (hit, carried.as_deref());
-            let vertex = self.surfaces.meet(&mut path.traveller, hit, self.footprint);
+            let vertex = self.surfaces.meet(&mut path.traveller, hit, footprint);
             let Some(vertex) = vertex else { continue };
             match self.meeting(&path, &vertex) {
                 Meeting::Arrives => {}
@@ -97,7 +126,14 @@ impl<const CUTOUTS: bool, M: Media> Follow for PhotonTracer<'_, CUTOUTS, M> {
                     }
                 }
             }
-            if !self.arrive(&mut path, &vertex, number, left, &sampler) {
+            let arrived = self.arrive(&mut path, &vertex, number, left, &sampler);
+            if let Some(seen) = arrived.seen {
+                left.counts.rays += 1;
+                if !cx.ask(seen.question).await.is_occluded() {
+                    left.see(&seen, &path);
+                }
+            }
+            if !arrived.goes_on {
                 break;
             }
         }
@@ -112,7 +148,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         prepared: &'a PreparedScene,
         blame: &'a Blame,
         request: &PhotonRequest,
-        kept: Kept,
+        kept: Kept<'a>,
         tables: &'a SamplerTables,
     ) -> Self {
         let PreparedScene {
@@ -134,6 +170,15 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         }
     }
 
+    /// Width of what is looked at where a photon is.
+    fn footprint_at(&self, p: Vec3) -> f32 {
+        match self.kept {
+            // As sharp as camera rays see it.
+            Kept::Splats(view) => view.cone.width_after(view.shares.camera.distance(p)),
+            _ => self.footprint,
+        }
+    }
+
     fn emit(&self, sampler: &Sampler<'_>) -> Option<LightPath<M>> {
         let emitted = self.emitter.emit(
             sampler.pair(Purpose::EmittingLight),
@@ -151,6 +196,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             history: History::Straight(LightSubpath::emitted(emitted.density, 1.0)),
             depth: 0,
             p_met: ray.origin,
+            at_last: None,
             emitted,
         })
     }
@@ -162,7 +208,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         Meeting::of(self.surfaces.geometry.met_by(vertex.interaction.at))
     }
 
-    /// Keeps a photon where others will look for it, and sends the path on; false where it ends.
+    /// Keeps a photon where others will look for it, or is seen, and sends the path on.
     fn arrive(
         &self,
         path: &mut LightPath<M>,
@@ -170,39 +216,137 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         number: u32,
         left: &mut LeftPhotons,
         sampler: &Sampler<'_>,
-    ) -> bool {
-        let interaction = &vertex.interaction;
-        let surface = &interaction.surface;
+    ) -> Arrived {
+        let surface = &vertex.interaction.surface;
         path.history = path.history.arrived(surface.wo.dot(surface.ng).abs());
-        let _shading = self.blame.shading(interaction.at);
-        let bsdf = interaction.shader.bsdf(surface);
+        let _shading = self.blame.shading(vertex.interaction.at);
+        let bsdf = vertex.interaction.shader.bsdf(surface);
         let seen = bsdf.seen_from(surface.wo);
-        let is_caustic = path.history.is_caustic();
         if path.depth == 0 {
             path.p_met = surface.p;
         }
-        if self.kept == Kept::Arrivals {
-            if is_caustic && !path.emitted.is_delta && Aimed::aims_at(&seen) {
-                left.arrivals.push(path.arrival(vertex));
-                left.useful_rays.push(path.useful_ray());
-            }
-            return self.scatter(path, vertex, &bsdf, &seen, sampler);
+        let seen_photon = if let Kept::Splats(view) = self.kept {
+            self.see(path, vertex, (number, &bsdf), view, sampler)
+        } else {
+            self.keep(path, vertex, number, left, &seen);
+            None
+        };
+        Arrived {
+            goes_on: self.scatter(path, vertex, &bsdf, &seen, sampler),
+            seen: seen_photon,
         }
-        if let Kept::Irradiance { scouts } = self.kept {
-            let is_diffuse = !seen.diffuse_albedo().is_black();
-            if is_diffuse && left.keep(path.received(vertex, number, &seen)) && scouts {
-                left.useful_rays.push(path.useful_ray());
+    }
+
+    /// Keeps what is looked for where a path has arrived.
+    fn keep(
+        &self,
+        path: &LightPath<M>,
+        vertex: &Vertex<'_, M>,
+        number: u32,
+        left: &mut LeftPhotons,
+        seen: &SeenBsdf,
+    ) {
+        let is_caustic = path.history.is_caustic();
+        match self.kept {
+            Kept::Arrivals => {
+                if is_caustic && !path.emitted.is_delta && Aimed::aims_at(seen) {
+                    left.arrivals.push(path.arrival(vertex));
+                    left.useful_rays.push(path.useful_ray());
+                }
             }
-            return self.scatter(path, vertex, &bsdf, &seen, sampler);
-        }
-        let is_kept = self.kept == Kept::All || is_caustic;
-        if is_kept && seen.has_rough_lobes(MIN_ROUGHNESS) {
-            if self.kept == Kept::All && is_caustic {
-                left.useful_rays.push(path.useful_ray());
+            Kept::Irradiance { scouts } => {
+                let is_diffuse = !seen.diffuse_albedo().is_black();
+                if is_diffuse && left.keep(path.received(vertex, number, seen)) && scouts {
+                    left.useful_rays.push(path.useful_ray());
+                }
             }
-            left.keep(path.photon(vertex, number));
+            Kept::All if seen.has_rough_lobes(MIN_ROUGHNESS) => {
+                if is_caustic {
+                    left.useful_rays.push(path.useful_ray());
+                }
+                left.keep(path.photon(vertex, number));
+            }
+            Kept::Caustic if is_caustic && seen.has_rough_lobes(MIN_ROUGHNESS) => {
+                left.keep(path.photon(vertex, number));
+            }
+            Kept::All | Kept::Caustic | Kept::Splats(_) => {}
         }
-        self.scatter(path, vertex, &bsdf, &seen, sampler)
+    }
+
+    /// What the camera sees of a photon at a rough surface, of light that another scattered in a peak first.
+    fn see(
+        &self,
+        path: &LightPath<M>,
+        vertex: &Vertex<'_, M>,
+        (number, bsdf): (u32, &Bsdf),
+        view: &SplatView<'_>,
+        sampler: &Sampler<'_>,
+    ) -> Option<SeenPhoton> {
+        /// Tell the numbers for the lens and for the filter from all else.
+        const KEYS: [u32; 4] = [0x2100_0000, 0x2200_0000, 0x2300_0000, 0x2400_0000];
+        let at_last = path.at_last?;
+        let [lens_x, lens_y, filter_x, filter_y] =
+            KEYS.map(|key| unit_f32(sampler.key(key | path.depth)));
+        let camera = view.shares.camera;
+        let interaction = &vertex.interaction;
+        let surface = &interaction.surface;
+        let point = camera.see(surface.p, Vec2::new(lens_x, lens_y))?;
+        let u = Vec2::new(filter_x, filter_y);
+        let (pixel, of_pixels) = view.filter.pixel_around(point.raster, u)?;
+        let (wi, wo) = (surface.wo, point.dir);
+        let [cos_in, cos_out] = [wi, wo].map(|dir| dir.dot(surface.ng));
+        let is_hidden = self.needs.masks
+            && Meeting::is_hidden_from_camera(self.surfaces.geometry.met_by(interaction.at));
+        let crosses_medium = vertex.bounds_medium() && cos_in * cos_out < 0.0;
+        let seen = bsdf.seen_from(wo);
+        if !view.window.contains(pixel)
+            || is_hidden
+            || crosses_medium
+            || !seen.has_rough_lobes(MIN_ROUGHNESS)
+        {
+            return None;
+        }
+        let eval = seen.eval(wi);
+        let at_first = view.shares.at_first(&SeenVertex {
+            p: surface.p,
+            ng: surface.ng,
+            wo,
+            wi,
+            pdf: eval.pdf,
+        });
+        let left_to_paths = view.shares.of_path(at_first, at_last);
+        // Photons arrive by the area of the true surface; the BSDF has the cosine to the shading normal
+        // (Veach 1997, eq. 5.19).
+        let pixels_per_area = camera.pixels_per_area(surface.p, wo) * cos_out.abs();
+        let media = &path.traveller.media;
+        let geometry = self.surfaces.geometry;
+        let light = path.traveller.carried
+            * media.transmittance(geometry, point.distance)
+            * ((1.0 - left_to_paths) * of_pixels * pixels_per_area / cos_in.abs());
+        let [diffuse, specular] = [eval.diffuse, eval.specular].map(|share| share * light);
+        if (diffuse + specular).is_black() || !(diffuse + specular).is_finite() {
+            return None;
+        }
+        // Aim from the moved origin at the camera.
+        let ray = interaction.spawn_ray(wo, VIEW_T_MAX, Visibility::CAMERA);
+        let ray = Ray {
+            dir: surface.p + wo * point.distance - ray.origin,
+            ..ray
+        };
+        let least_priority = media.least_priority(geometry);
+        let question = Question::occluded::<CUTOUTS>(&ray, least_priority, sampler, path.depth);
+        let splat = Splat {
+            pixel,
+            path_idx: number,
+            diffuse,
+            specular,
+            left: left_to_paths,
+        };
+        Some(SeenPhoton {
+            question,
+            splat,
+            is_scout: view.scouts,
+        })
     }
 
     /// Sends a path on; false where it ends.
@@ -234,13 +378,19 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         if !is_alive || !after.is_finite() {
             return false;
         }
+        let cos_out = scattered.wo.dot(surface.ng).abs();
+        if matches!(self.kept, Kept::Splats(_)) && path.depth == 0 {
+            path.at_last = self.at_last(path, vertex, &scattered);
+            if path.at_last.is_none() {
+                return false;
+            }
+        }
         path.history = if drawn.are_narrow {
             let reverse_pdf = self.reverse_pdf(path, vertex, bsdf, &scattered);
-            let cos_out = scattered.wo.dot(surface.ng).abs();
             path.history.reflected(scattered.pdf, reverse_pdf, cos_out)
         } else {
             match self.kept {
-                Kept::All | Kept::Irradiance { .. } => History::Scattered,
+                Kept::All | Kept::Irradiance { .. } | Kept::Splats(_) => History::Scattered,
                 Kept::Caustic | Kept::Arrivals => return false,
             }
         };
@@ -251,6 +401,40 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         true
     }
 
+    /// The ratio of densities at the first surface, if it scattered light in a peak.
+    fn at_last(
+        &self,
+        path: &LightPath<M>,
+        vertex: &Vertex<'_, M>,
+        scattered: &ScatteredLight,
+    ) -> Option<f32> {
+        let EmittedPhoton {
+            light,
+            density,
+            is_delta,
+            ..
+        } = path.emitted;
+        if scattered.is_delta {
+            let pdfs = LightPdfs {
+                pdf: 1.0,
+                connect_pdf: 0.0,
+                is_delta,
+            };
+            return Some(SplatShares::at_last(density, pdfs));
+        }
+        let surface = &vertex.interaction.surface;
+        let receiver = Receiver::facing(surface.p, surface.ns, scattered.wo);
+        let (wi, distance) = (surface.wo, vertex.distance);
+        (scattered.reverse_pdf >= MIN_PEAK).then(|| {
+            let pdfs = LightPdfs {
+                pdf: scattered.reverse_pdf,
+                connect_pdf: self.emitter.connection_pdf(light, receiver, wi, distance),
+                is_delta,
+            };
+            SplatShares::at_last(density, pdfs)
+        })
+    }
+
     /// By which lobes light goes on, so far as its class matters.
     fn draw_lobes(
         &self,
@@ -259,8 +443,6 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         seen: &SeenBsdf,
         sampler: &Sampler<'_>,
     ) -> DrawnLobes {
-        /// Tells the choice of lobes from all else that is decided at a surface.
-        const KEY: u32 = 0x1000_0000;
         let whole = |are_narrow| {
             if are_narrow {
                 DrawnLobes::NARROW
@@ -273,11 +455,12 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
             // depends on the class then.
             Kept::Arrivals => whole(scattered.roughness < MIN_GUIDED_ROUGHNESS),
             Kept::Irradiance { .. } => whole(is_specular(scattered.is_delta, seen)),
+            Kept::Splats(_) => DrawnLobes::ROUGH,
             _ if is_specular(scattered.is_delta, seen) => DrawnLobes::NARROW,
             Kept::All | Kept::Caustic => {
                 let [_, specular] = path.multipliers();
                 let narrow = scattered.narrow * specular;
-                let u = unit_f32(sampler.key(KEY | path.depth));
+                let u = unit_f32(sampler.key(LOBES_KEY | path.depth));
                 DrawnLobes::draw(path.scattered(scattered), narrow, u)
             }
         }
@@ -425,8 +608,22 @@ impl LeftPhotons {
         self.brightest = self.brightest.max(next.brightest);
         self.useful_rays.extend(next.useful_rays);
         self.arrivals.extend(next.arrivals);
+        self.splats.extend(next.splats);
         self.sent_out += next.sent_out;
         self.counts.add(&next.counts);
+    }
+
+    /// Keeps what the camera sees of a photon of a path.
+    fn see<M: Media>(&mut self, seen: &SeenPhoton, path: &LightPath<M>) {
+        let splat = seen.splat;
+        self.counts.stored_caustic += 1;
+        self.splats.push(splat);
+        if seen.is_scout {
+            self.useful_rays.push(UsefulRay {
+                luminance: (splat.diffuse + splat.specular).luminance(),
+                ..path.useful_ray()
+            });
+        }
     }
 
     /// Keeps a photon, unless it carries nothing.

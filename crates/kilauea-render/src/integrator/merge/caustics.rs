@@ -1,6 +1,6 @@
 //! Caustics by merging, beside hitting and connecting to lights.
 
-use kilauea_bsdf::{Mirror, SeenBsdf};
+use kilauea_bsdf::{BsdfEval, Mirror, SeenBsdf};
 use kilauea_math::hash::unit_f32;
 use kilauea_math::{Spectrum, Vec3};
 use kilauea_photon::{EyeSubpath, SurfaceQuery};
@@ -12,15 +12,16 @@ use super::{Merge, SharedConnection};
 use crate::geometry::Geometry;
 use crate::integrator::guide::Knowledge;
 use crate::integrator::question::{Answer, Question};
-use crate::integrator::walk::{Segment, Vertex};
+use crate::integrator::walk::{Segment, Vertex, power_heuristic};
 use crate::light::{ChosenLight, Emitted, Emitter};
-use crate::photon::{DrawnLobes, MIN_ROUGHNESS, adjoint_pdf, is_specular};
+use crate::photon::{DrawnLobes, LOBES_KEY, MIN_ROUGHNESS, adjoint_pdf};
 use crate::sampler::Sampler;
 
 /// Merges at each rough vertex with photons that came over specular surfaces alone: L S⁺ D (S|D)* E.
 ///
-/// Each such path is weighed against the other ways to find it by the balance heuristic
-/// (`kilauea_photon::Merging`), all others are left as they are. S is what narrow lobes scatter, D what
+/// Each such path is weighed against the other ways to find it, hitting and connecting together, by the balance
+/// heuristic (`kilauea_photon::Merging`), and these by the power heuristic as ever. How lights are chosen by what
+/// was learnt is in the latter alone, as photons do not know it. S is what narrow lobes scatter, D what
 /// others do ([`DrawnLobes`]).
 #[derive(Clone, Copy)]
 pub(crate) struct CausticMerge<'a, S> {
@@ -59,9 +60,6 @@ struct BehindRough {
     pdf: f32,
 }
 
-/// Tells the choice of lobes from all else that is decided at a vertex.
-const KEY: u32 = 0x1000_0000;
-
 impl MergingEye {
     /// Keeps light until it is taken; whether there is any.
     fn keep(&mut self, gathered: [Spectrum; 2]) -> bool {
@@ -87,23 +85,6 @@ impl<S> CausticMerge<'_, S> {
     fn before_specular(&self, eye: &MergingEye) -> Option<BehindRough> {
         eye.behind
             .filter(|behind| behind.n_specular < self.max_specular)
-    }
-
-    /// By which lobes a path has left a vertex, so far as its class matters.
-    fn draw_lobes(
-        (wi, is_delta): (Vec3, bool),
-        [bsdf, drawn_from]: [&SeenBsdf; 2],
-        u: impl FnOnce() -> f32,
-    ) -> DrawnLobes {
-        if is_specular(is_delta, bsdf) {
-            return DrawnLobes::NARROW;
-        }
-        if !bsdf.has_narrow_lobes(MIN_ROUGHNESS) {
-            return DrawnLobes::ROUGH;
-        }
-        let eval = drawn_from.eval(wi);
-        let narrow = drawn_from.eval_narrow(wi, MIN_ROUGHNESS);
-        DrawnLobes::draw([eval.diffuse, eval.specular], narrow, u())
     }
 
     /// The part of a path behind its rough vertex that goes on from a specular one to `wi`, which it
@@ -203,8 +184,8 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         }
         let (pdf, is_delta) = (way.departure.pdf, way.departure.is_delta);
         let wi = way.ray.dir;
-        let u = || unit_f32(sampler.key(KEY | vertex.depth));
-        let drawn = Self::draw_lobes((wi, is_delta), lobes, u);
+        let u = || unit_f32(sampler.key(LOBES_KEY | vertex.depth));
+        let drawn = DrawnLobes::draw_at((wi, is_delta), lobes, u);
         eye.behind = if drawn.are_narrow {
             before.map(|behind| BehindRough {
                 subpath: Self::extend(behind.subpath, vertex, wi, pdf, is_delta),
@@ -227,20 +208,29 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         eye: &MergingEye,
         way: Option<Segment<'_>>,
         emitted: &Emitted,
+        distance: f32,
     ) -> Option<f32> {
-        let behind = eye.behind.filter(|behind| behind.n_specular > 0)?;
+        let BehindRough { subpath, pdf, .. } = eye.behind.filter(|b| b.n_specular > 0)?;
         let Segment { departure, ray } = way?;
-        let d_light = self.d_light(behind.subpath, emitted.light?, ray.origin, ray.dir);
-        let connect_pdf = if departure.is_delta { 0.0 } else { emitted.pdf };
+        let light = emitted.light?;
+        let (connect_pdf, beside_connecting) = if departure.is_delta {
+            (0.0, 1.0)
+        } else {
+            let receiver = departure.receiver;
+            let connect_pdf = (self.emitter).connection_pdf(light, receiver, ray.dir, distance);
+            (connect_pdf, power_heuristic(pdf, emitted.pdf))
+        };
+        let d_light = self.d_light(subpath, light, ray.origin, ray.dir);
+        let of_both = pdf / (pdf + connect_pdf);
         let merging = &self.gathering.merging;
-        Some(merging.weight_of_hit(d_light, behind.pdf, connect_pdf))
+        Some(merging.weight_of_eye(d_light * of_both) * beside_connecting)
     }
 
     fn weight_of_connection<M>(
         &self,
         eye: &MergingEye,
         vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
+        (bsdf, _): (&SeenBsdf, &BsdfEval),
         light: &ChosenLight,
         hit_pdf: f32,
     ) -> Option<SharedConnection> {
@@ -250,12 +240,16 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         }
         let sample = &light.sample;
         let (p, wi) = (vertex.interaction.surface.p, sample.wi);
-        let subpath = Self::extend(behind.subpath, vertex, wi, sample.pdf, false);
+        let (receiver, distance) = (vertex.receiver(), sample.distance);
+        let connect_pdf = (self.emitter).connection_pdf(light.light, receiver, wi, distance);
+        let of_both = hit_pdf + connect_pdf;
+        let subpath = Self::extend(behind.subpath, vertex, wi, of_both, false);
         let d_light = self.d_light(subpath, light.light, p, wi);
         let merging = &self.gathering.merging;
         Some(SharedConnection {
-            narrow: bsdf.eval_narrow(wi, MIN_ROUGHNESS),
-            weight: merging.weight_of_connection(d_light, hit_pdf, sample.pdf),
+            diffuse: Spectrum::BLACK,
+            specular: bsdf.eval_narrow(wi, MIN_ROUGHNESS),
+            weight: merging.weight_of_eye(d_light) * power_heuristic(sample.pdf, hit_pdf),
         })
     }
 
@@ -277,7 +271,7 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         );
         let d_light = self.d_light(subpath, light?, surface.p, mirror.wi);
         let merging = &self.gathering.merging;
-        Some(merging.weight_of_connection(d_light, 0.0, probability))
+        Some(merging.weight_of_eye(d_light))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Paths that end at their second rough vertex, with irradiance that is known there (Jensen 1996;
 //! Christensen 1999).
 
-use kilauea_bsdf::{Mirror, SeenBsdf};
+use kilauea_bsdf::{BsdfEval, Mirror, SeenBsdf};
 use kilauea_math::hash::unit_f32;
 use kilauea_math::{INV_PI, Spectrum};
 use kilauea_photon::{RadianceCache, SurfaceQuery};
@@ -11,6 +11,7 @@ use super::{Merge, Rest, SharedConnection};
 use crate::geometry::Geometry;
 use crate::integrator::guide::Knowledge;
 use crate::integrator::media::Media;
+use crate::integrator::path_sample::PathSample;
 use crate::integrator::question::{Answer, Question};
 use crate::integrator::roulette::survival_of;
 use crate::integrator::walk::{Path, Segment, Vertex};
@@ -172,6 +173,11 @@ impl<X: Merge> Merge for FinalGather<'_, X> {
         }
     }
 
+    #[inline(always)]
+    fn show(&self, pixel: [i32; 2], sample_idx: u32, out: &mut PathSample) {
+        self.merge.show(pixel, sample_idx, out);
+    }
+
     fn depart<M>(
         &self,
         eye: &mut Self::Eye,
@@ -206,25 +212,26 @@ impl<X: Merge> Merge for FinalGather<'_, X> {
         eye: &Self::Eye,
         way: Option<Segment<'_>>,
         emitted: &Emitted,
+        distance: f32,
     ) -> Option<f32> {
-        self.merge.weight_of_hit(&eye.eye, way, emitted)
+        self.merge.weight_of_hit(&eye.eye, way, emitted, distance)
     }
 
     fn weight_of_connection<M>(
         &self,
         eye: &Self::Eye,
         vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
+        lobes: (&SeenBsdf, &BsdfEval),
         light: &ChosenLight,
         hit_pdf: f32,
     ) -> Option<SharedConnection> {
         let hit_pdf = match eye.stage {
-            Stage::LookedUp(_) => bsdf.eval(light.sample.wi).pdf,
+            Stage::LookedUp(_) => lobes.0.eval(light.sample.wi).pdf,
             _ => hit_pdf,
         };
         let eye = &eye.eye;
         self.merge
-            .weight_of_connection(eye, vertex, bsdf, light, hit_pdf)
+            .weight_of_connection(eye, vertex, lobes, light, hit_pdf)
     }
 
     fn weight_of_mirrored<M>(

@@ -3,15 +3,17 @@
 mod arriving;
 mod caustics;
 mod final_gather;
+mod light_tracing;
 mod rest;
 mod source;
 mod unmerged;
 
-use kilauea_bsdf::{Mirror, SeenBsdf};
+use kilauea_bsdf::{BsdfEval, Mirror, SeenBsdf};
 use kilauea_math::Spectrum;
 
 use super::guide::Knowledge;
 use super::media::Media;
+use super::path_sample::PathSample;
 use super::question::{Answer, Question};
 use super::walk::{Path, Segment, Vertex};
 use crate::light::{ChosenLight, Emitted};
@@ -20,6 +22,7 @@ use crate::sampler::Sampler;
 pub(crate) use arriving::{ArrivingPhoton, N_WORDS};
 pub(crate) use caustics::CausticMerge;
 pub(crate) use final_gather::FinalGather;
+pub(crate) use light_tracing::{LightPdfs, LightTracing, MIN_PEAK, SeenVertex, SplatShares};
 pub(crate) use rest::Rest;
 pub(crate) use source::{Gathering, PhotonSource, PhotonsOfSet};
 pub(crate) use unmerged::Unmerged;
@@ -27,8 +30,10 @@ pub(crate) use unmerged::Unmerged;
 /// What photons have a share in of a light toward which a ray is aimed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SharedConnection {
-    /// What narrow lobes scatter of it, the cosine included.
-    pub(crate) narrow: Spectrum,
+    /// What diffuse lobes scatter of it that is shared, the cosine included.
+    pub(crate) diffuse: Spectrum,
+    /// The same for all other lobes.
+    pub(crate) specular: Spectrum,
     /// Weight of that.
     pub(crate) weight: f32,
 }
@@ -45,6 +50,10 @@ pub(crate) trait Merge: Copy + Send + Sync {
 
     /// What a path keeps as it leaves the camera.
     fn start(&self) -> Self::Eye;
+
+    /// Adds what photons bring to a sample of a pixel by themselves.
+    #[inline(always)]
+    fn show(&self, _pixel: [i32; 2], _sample_idx: u32, _out: &mut PathSample) {}
 
     /// Looks up what diffuse lobes scatter at a vertex, where that is known beforehand, before anything
     /// else is asked there. A shader asks for direct and for indirect light of the same lobes, of which
@@ -99,21 +108,23 @@ pub(crate) trait Merge: Copy + Send + Sync {
         sampler: &Sampler<'_>,
     ) -> [Spectrum; 2];
 
-    /// Weight of light that the path meets on its way; none where photons have no share in it.
+    /// Weight of light that the path meets at a distance on its way; none where photons have no share in
+    /// it.
     fn weight_of_hit(
         &self,
         eye: &Self::Eye,
         way: Option<Segment<'_>>,
         emitted: &Emitted,
+        distance: f32,
     ) -> Option<f32>;
 
-    /// What photons have a share in of the light toward which a ray is aimed from a vertex, in a direction
-    /// that the path chooses with the density `hit_pdf`.
+    /// What photons have a share in of the light toward which a ray is aimed from a vertex of these lobes, which
+    /// scatter `eval` of it, in a direction that the path chooses with the density `hit_pdf`.
     fn weight_of_connection<M>(
         &self,
         eye: &Self::Eye,
         vertex: &Vertex<'_, M>,
-        bsdf: &SeenBsdf,
+        lobes: (&SeenBsdf, &BsdfEval),
         light: &ChosenLight,
         hit_pdf: f32,
     ) -> Option<SharedConnection>;

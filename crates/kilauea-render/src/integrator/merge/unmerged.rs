@@ -1,6 +1,6 @@
 use std::future::ready;
 
-use kilauea_bsdf::{Mirror, SeenBsdf};
+use kilauea_bsdf::{BsdfEval, Mirror, SeenBsdf};
 use kilauea_math::Spectrum;
 
 use super::{Merge, SharedConnection};
@@ -59,7 +59,7 @@ impl Merge for Unmerged {
     }
 
     #[inline(always)]
-    fn weight_of_hit(&self, (): &(), _: Option<Segment<'_>>, _: &Emitted) -> Option<f32> {
+    fn weight_of_hit(&self, (): &(), _: Option<Segment<'_>>, _: &Emitted, _: f32) -> Option<f32> {
         None
     }
 
@@ -68,7 +68,7 @@ impl Merge for Unmerged {
         &self,
         (): &(),
         _: &Vertex<'_, M>,
-        _: &SeenBsdf,
+        _: (&SeenBsdf, &BsdfEval),
         _: &ChosenLight,
         _: f32,
     ) -> Option<SharedConnection> {
