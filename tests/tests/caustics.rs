@@ -423,6 +423,25 @@ fn photons_are_used_where_they_pay() {
     }
 }
 
+/// A sky, which paths find behind glass as well as photons do.
+#[test]
+fn photons_are_not_used_where_they_take_little_noise() {
+    let sky = light(LightShape::Dome, DMat4::IDENTITY);
+    let stage = ball(clear(), sky);
+    for gi in [GlobalIllumination::Consistent, GlobalIllumination::Exact] {
+        let picture = stage.render(|s| {
+            *s = settings();
+            s.gi = gi;
+            s.photons.emitted_per_sample = Some(1000);
+        });
+        let skipped = picture.stats.photons.skipped.join(" ");
+        assert!(
+            skipped.contains("too little of the noise"),
+            "{gi:?}: {skipped}"
+        );
+    }
+}
+
 /// No light comes over specular surfaces.
 #[test]
 fn without_caustics_no_bit_changes() {

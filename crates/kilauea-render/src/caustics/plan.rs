@@ -4,7 +4,7 @@ use kilauea_math::hash::combine;
 use kilauea_photon::ProgressiveRadius;
 use kilauea_scene::{Camera, CausticStrategy, GlobalIllumination, RenderSettings, Scene};
 
-use super::radius::first_radius;
+use super::radius::{CausticLight, first_radius};
 use crate::RenderError;
 use crate::frame::Frame;
 use crate::light::{Emitter, UsefulRay};
@@ -33,9 +33,9 @@ const SAMPLES_PER_PATH: u32 = 8;
 const PILOT_SHARE: u32 = 8;
 /// A frame for which the camera would see photons of fewer paths goes without.
 const LEAST_EMITTED: u32 = 4096;
-/// Variance of a sample of a pixel, relative to the square of its luminance, that photons have to take for the
-/// camera to look at them. About what they cost: a tenth of the time, where a sample has some half to one of other light.
-const LEAST_GAIN: f64 = 0.1;
+/// Variance of a sample of a pixel, relative to the square of the mean luminance, that photons have to take to be
+/// used: measured, see decisions 022 and 032.
+const LEAST_GAIN: f64 = 0.3;
 /// Apart from the numbers of all samples, whose photons have seeds by them.
 const AIMED_PILOT: u32 = u32::MAX;
 
@@ -108,6 +108,7 @@ impl<'a> CausticPlan<'a> {
         let Pilot {
             importons,
             traced,
+            n_blocks,
             mean_luminance,
             ..
         } = pilot(prepared, settings.resolution, &request, share)?;
@@ -121,9 +122,7 @@ impl<'a> CausticPlan<'a> {
             return if gain >= LEAST_GAIN {
                 Ok(Ok(plan))
             } else {
-                skip(&format!(
-                    "the camera sees too little of them, {gain:.1e} of the variance of a sample"
-                ))
+                skip(&too_little(gain))
             };
         }
         let emitter = emitter.aimed_by(&traced.useful_rays);
@@ -137,7 +136,11 @@ impl<'a> CausticPlan<'a> {
         frame.lock_outcome().add_photons(&aimed);
         let photons = &aimed.photons;
         match first_radius(&importons, photons, N_PILOT, n_per_sample, IMPORTON_BLOCK) {
-            Some(radius) => {
+            Some(CausticLight { radius, variance }) => {
+                let gain = variance / n_blocks / (mean_luminance * mean_luminance);
+                if gain < LEAST_GAIN {
+                    return skip(&too_little(gain));
+                }
                 let kept_per_path = photons.len() as f64 / f64::from(N_PILOT);
                 Ok(Ok(plan(emitter, radius, kept_per_path)))
             }
@@ -179,6 +182,10 @@ impl<'a> CausticPlan<'a> {
         }
         radius.radius()
     }
+}
+
+fn too_little(gain: f64) -> String {
+    format!("they take too little of the noise, {gain:.1e} of a sample's squared mean")
 }
 
 /// Why no photons are traced whatever they would bring, if that is so.

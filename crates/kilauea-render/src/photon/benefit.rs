@@ -52,6 +52,8 @@ pub(crate) struct Pilot {
     pub(crate) importons: Vec<Importon>,
     pub(crate) traced: TracedPhotons,
     pub(crate) benefit: PhotonBenefit,
+    /// Squares of pixels that paths left the camera for.
+    pub(crate) n_blocks: f64,
     /// Luminance that a pixel gets from rough surfaces, in the mean.
     pub(crate) mean_luminance: f64,
 }
@@ -99,6 +101,7 @@ pub(crate) fn pilot(
         importons,
         traced,
         benefit: PhotonBenefit::of(shares),
+        n_blocks,
         mean_luminance: sum / (PI * n_blocks),
     })
 }

@@ -4,9 +4,9 @@ use kilauea_photon::{DensityRule, PhotonClass, PhotonMap, SurfaceQuery};
 /// What merging needs of a caustic photon that lies on the surface of a vertex and in front of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ArrivingPhoton {
-    pub(super) power: Spectrum,
-    pub(super) wi: Vec3,
-    pub(super) d_eye: f32,
+    pub(crate) power: Spectrum,
+    pub(crate) wi: Vec3,
+    pub(crate) d_eye: f32,
     /// Squared distance from the vertex.
     pub(super) d_sq: f32,
 }
