@@ -52,6 +52,17 @@ fn over_tcp_between_processes() {
 }
 
 #[test]
+fn where_the_camera_sees_photons() {
+    let shot = Shot::with_photons_seen();
+    let alone = shot.alone();
+    for (kind, n_workers) in [(WorkerKind::Threads, 3), (processes(), 2)] {
+        let what = format!("seen photons, {n_workers} workers");
+        let result = shot.start(frame::options(n_workers, kind)).finish();
+        shot.check_photons_seen(&alone, &result.expect(&what), &what);
+    }
+}
+
+#[test]
 fn where_paths_look_irradiance_up() {
     let shot = Shot::gathering();
     let alone = shot.alone();

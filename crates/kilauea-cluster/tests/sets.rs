@@ -152,6 +152,15 @@ fn a_member_killed_at_any_moment_changes_no_bit() {
     }
 }
 
+#[test]
+fn the_camera_sees_photons_of_a_scene_that_is_spread() {
+    let shot = Shot::with_photons_seen();
+    let alone = shot.alone();
+    let result = shot.start(options(2, 2, processes())).finish();
+    let what = "seen photons, a set of two";
+    shot.check_photons_seen(&alone, &result.expect(what), what);
+}
+
 /// Caustic photons of which each member keeps a part.
 fn divided(samples_per_pixel: u32) -> Shot {
     let gi = GlobalIllumination::Consistent;

@@ -123,6 +123,24 @@ impl Shot {
         })
     }
 
+    /// A shot of which the camera sees photons, whether that pays or not.
+    pub(crate) fn with_photons_seen() -> Self {
+        Self::new().with(|s| {
+            s.integrator = Integrator::Path;
+            s.gi = GlobalIllumination::Exact;
+            s.photons.emitted_per_sample = Some(2000);
+        })
+    }
+
+    /// Fails where workers made another picture than one process did, or no photon was seen.
+    pub(crate) fn check_photons_seen(&self, alone: &Picture, result: &ClusterResult, what: &str) {
+        self.check(alone, result, what);
+        let (ours, theirs) = (&alone.stats, &result.frame.stats);
+        assert!(ours.photons.stored > 100, "{what}: {:?}", ours.photons);
+        assert_eq!(ours.photons.stored, theirs.photons.stored, "{what}");
+        assert_eq!(theirs.shared_passes, ["photons", "splats"], "{what}");
+    }
+
     /// The same shot with so many samples that rendering it takes a second or more.
     pub(crate) fn long() -> Self {
         let mut shot = Self::new();
