@@ -15,7 +15,8 @@ use crate::final_gather::IrradianceCache;
 use crate::frame::Frame;
 use crate::gather::GatherEstimate;
 use crate::integrator::{
-    Aimed, Air, Guide, Guided, LightGuided, Media, Merge, PathIntegrator, Unguided, Unmerged,
+    Aimed, Air, Guide, Guided, LightGuided, Media, MediumStack, Merge, PathIntegrator, Unguided,
+    Unmerged,
 };
 
 impl Frame {
@@ -62,12 +63,7 @@ impl Frame {
             let integrator = self.integrator::<false, _>(Air);
             return self.run_some(integrator.merging_by(gather), passes);
         }
-        let integrator = self.integrator::<true, _>(self.camera_media());
-        let integrator = integrator.guided_by(Guided {
-            field: learnt.directions.as_ref(),
-            aims,
-            lights: learnt.lights(),
-        });
+        let integrator = self.told(learnt, aims);
         self.run_some(integrator.merging_by(gather), passes)
     }
 
@@ -121,6 +117,20 @@ impl Frame {
         self.run_some(integrator.guided_by(guide), 0..self.passes.n_passes())
     }
 
+    /// The integrator of paths that are told what was learnt, with the code for scenes that have everything.
+    fn told<'s>(
+        &'s self,
+        learnt: &'s GatherEstimate,
+        aims: Option<Aimed<'s>>,
+    ) -> PathIntegrator<'s, true, MediumStack, Guided<'s>> {
+        let integrator = self.integrator::<true, _>(self.camera_media());
+        integrator.guided_by(Guided {
+            field: learnt.directions.as_ref(),
+            aims,
+            lights: learnt.lights(),
+        })
+    }
+
     /// Takes all samples by paths that merge with photons, of which each pass has its own, and are
     /// told what was learnt.
     fn run_merging(
@@ -129,12 +139,7 @@ impl Frame {
         irradiance: Option<&IrradianceCache>,
         learnt: &GatherEstimate,
     ) -> Result<(), RenderError> {
-        let integrator = self.integrator::<true, _>(self.camera_media());
-        let integrator = integrator.guided_by(Guided {
-            field: learnt.directions.as_ref(),
-            aims: None,
-            lights: learnt.lights(),
-        });
+        let integrator = self.told(learnt, None);
         for pass in 0..self.passes.n_passes() {
             if self.is_clean() || self.is_late() {
                 self.photons.end();
@@ -168,12 +173,7 @@ impl Frame {
         learnt: &GatherEstimate,
     ) -> Result<(), RenderError> {
         let aims = self.find_aims()?;
-        let integrator = self.integrator::<true, _>(self.camera_media());
-        let integrator = integrator.guided_by(Guided {
-            field: learnt.directions.as_ref(),
-            aims: aims.as_ref().map(|field| Aimed { field }),
-            lights: learnt.lights(),
-        });
+        let integrator = self.told(learnt, aims.as_ref().map(|field| Aimed { field }));
         for pass in 0..self.passes.n_passes() {
             if self.is_clean() || self.is_late() || self.is_over() {
                 break;

@@ -1,10 +1,10 @@
 //! What room caustic photons may take, before any is traced.
 
-use kilauea_scene::{CausticStrategy, GlobalIllumination, PhotonSplit, RenderSettings, Scene};
+use kilauea_scene::{GlobalIllumination, PhotonSplit, RenderSettings, Scene};
 
 use super::division::BYTES_PER_PHOTON;
 use super::pass::n_emitted;
-use super::plan::{is_exact, n_per_sample, why_no_photons};
+use super::plan::{is_left_to_paths, n_per_sample, why_no_photons};
 use crate::passes::largest_pass;
 use crate::set::MOST_PASSES;
 
@@ -18,9 +18,7 @@ pub struct PhotonDemand {
 
 /// Whether each pass of a frame's samples may have photons of its own, by what is known before any is traced.
 pub fn may_have_photons_by_pass(settings: &RenderSettings) -> bool {
-    let is_found_by_paths =
-        is_exact(settings) && settings.photons.found_by == CausticStrategy::Paths;
-    settings.max_depth >= 2 && !is_found_by_paths
+    settings.max_depth >= 2 && !is_left_to_paths(settings)
 }
 
 impl PhotonDemand {

@@ -49,6 +49,18 @@ impl CausticPlan<'_> {
         n_emitted(self.n_per_sample, n_samples)
     }
 
+    /// What to trace for a pass, over so many surfaces.
+    pub(super) fn pass_request(&self, frame: &Frame, pass: u32, max_depth: u32) -> PhotonRequest {
+        let first_sample = frame.passes.samples(&(pass..pass + 1)).start;
+        PhotonRequest {
+            n_emitted: self.n_emitted(frame, pass),
+            max_depth,
+            seed: combine(frame.settings.seed, first_sample),
+            n_threads: frame.n_threads,
+            shading: frame.settings.shading,
+        }
+    }
+
     /// Traces the photons of a pass; its radius is that of its first sample.
     pub(crate) fn trace<'s>(
         &'s self,
@@ -56,15 +68,9 @@ impl CausticPlan<'_> {
         pass: u32,
     ) -> Result<CausticPass<'s>, RenderError> {
         let first_sample = frame.passes.samples(&(pass..pass + 1)).start;
-        let n_emitted = self.n_emitted(frame, pass);
         let settings = &frame.settings;
-        let request = PhotonRequest {
-            n_emitted,
-            max_depth: self.max_specular + 1,
-            seed: combine(settings.seed, first_sample),
-            n_threads: frame.n_threads,
-            shading: settings.shading,
-        };
+        let request = self.pass_request(frame, pass, self.max_specular + 1);
+        let n_emitted = request.n_emitted;
         let set = (frame.prepared.set.as_ref()).filter(|_| self.divides(frame, pass));
         let share = frame.path_share();
         let divided = share.map(DividedPaths);

@@ -59,7 +59,7 @@ impl<'a> CausticPlan<'a> {
         let Frame {
             prepared, settings, ..
         } = frame;
-        if is_exact(settings) && settings.photons.found_by == CausticStrategy::Paths {
+        if is_left_to_paths(settings) {
             return Ok(Err(Vec::new()));
         }
         let skip = |reason: &str| Ok(Err(vec![format!("caustic photons: {reason}")]));
@@ -207,8 +207,13 @@ pub(super) fn why_no_photons(
 }
 
 /// Whether the camera is to see photons itself, as they may not be merged with.
-pub(super) fn is_exact(settings: &RenderSettings) -> bool {
+fn is_exact(settings: &RenderSettings) -> bool {
     settings.gi == GlobalIllumination::Exact
+}
+
+/// Whether photons are not to be looked at, whatever they would bring.
+pub(super) fn is_left_to_paths(settings: &RenderSettings) -> bool {
+    is_exact(settings) && settings.photons.found_by == CausticStrategy::Paths
 }
 
 fn pilot_request(settings: &RenderSettings, n_threads: usize) -> PhotonRequest {

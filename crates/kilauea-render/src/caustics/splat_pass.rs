@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use kilauea_math::hash::combine;
 use kilauea_scene::DataWindow;
 
 use super::plan::CausticPlan;
@@ -85,15 +84,8 @@ impl CausticPlan<'_> {
         let start = Instant::now();
         let samples = frame.passes.samples(&(pass..pass + 1));
         let n_samples = samples.len() as u32;
-        let n_emitted = self.n_emitted(frame, pass);
-        let settings = &frame.settings;
-        let request = PhotonRequest {
-            n_emitted,
-            max_depth: settings.max_depth,
-            seed: combine(settings.seed, samples.start),
-            n_threads: frame.n_threads,
-            shading: settings.shading,
-        };
+        let request = self.pass_request(frame, pass, frame.settings.max_depth);
+        let n_emitted = request.n_emitted;
         let shares = splat_shares(frame, n_emitted as f32 / n_samples as f32);
         let splat_view = splat_view(frame, shares);
         let share = frame.path_share();

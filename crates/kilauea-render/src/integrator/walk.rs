@@ -13,8 +13,8 @@ use super::path_light::PathLight;
 use super::path_sample::PathSample;
 use super::roulette;
 use super::throughput::Throughput;
-use crate::geometry::Interaction;
-use crate::light::{Emitted, Receiver};
+use crate::geometry::{Geometry, Interaction};
+use crate::light::{Emitted, Emitter, Receiver};
 use crate::sampler::{Purpose, Sampler};
 
 /// Rougher lobes leave bright spots to rays that are aimed at lights.
@@ -61,6 +61,29 @@ pub(crate) struct Segment<'a> {
     pub(super) ray: &'a Ray,
 }
 
+impl Segment<'_> {
+    /// Density with which the vertex connects to where the ray meets a light, by number, at a distance: by
+    /// what surfaces and lights are like alone.
+    pub(super) fn connect_pdf(self, emitter: &Emitter<'_>, light: u32, distance: f32) -> f32 {
+        let receiver = self.departure.receiver;
+        if self.departure.is_delta {
+            0.0
+        } else {
+            emitter.connection_pdf(light, receiver, self.ray.dir, distance)
+        }
+    }
+
+    /// Weight of meeting a light that connecting finds with the density `connect_pdf`, where the direction
+    /// counts as drawn with `pdf`.
+    pub(super) fn weight_beside_connecting(self, pdf: f32, connect_pdf: f32) -> f32 {
+        if self.departure.is_delta {
+            1.0
+        } else {
+            power_heuristic(pdf, connect_pdf)
+        }
+    }
+}
+
 /// Where a path scatters.
 pub(crate) struct Vertex<'a, M> {
     /// Scattering events before.
@@ -73,6 +96,12 @@ pub(crate) struct Vertex<'a, M> {
 }
 
 impl<M> Vertex<'_, M> {
+    /// Whether photons never arrive here, as rays from other surfaces do not.
+    pub(super) fn is_hidden_from_photons(&self, geometry: &Geometry) -> bool {
+        let met_by = geometry.met_by(self.interaction.at);
+        met_by & kilauea_scene::Visibility::INDIRECT == kilauea_scene::Visibility::NONE
+    }
+
     /// The point as lights see it.
     #[inline]
     pub(super) fn receiver(&self) -> Receiver {

@@ -298,12 +298,11 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         let is_hidden = self.needs.masks
             && Meeting::is_hidden_from_camera(self.surfaces.geometry.met_by(interaction.at));
         let crosses_medium = vertex.bounds_medium() && cos_in * cos_out < 0.0;
+        if !view.window.contains(pixel) || is_hidden || crosses_medium {
+            return None;
+        }
         let seen = bsdf.seen_from(wo);
-        if !view.window.contains(pixel)
-            || is_hidden
-            || crosses_medium
-            || !seen.has_rough_lobes(MIN_ROUGHNESS)
-        {
+        if !seen.has_rough_lobes(MIN_ROUGHNESS) {
             return None;
         }
         let eval = seen.eval(wi);
@@ -378,7 +377,6 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         if !is_alive || !after.is_finite() {
             return false;
         }
-        let cos_out = scattered.wo.dot(surface.ng).abs();
         if matches!(self.kept, Kept::Splats(_)) && path.depth == 0 {
             path.at_last = self.at_last(path, vertex, &scattered);
             if path.at_last.is_none() {
@@ -387,6 +385,7 @@ impl<'a, const CUTOUTS: bool, M: Media> PhotonTracer<'a, CUTOUTS, M> {
         }
         path.history = if drawn.are_narrow {
             let reverse_pdf = self.reverse_pdf(path, vertex, bsdf, &scattered);
+            let cos_out = scattered.wo.dot(surface.ng).abs();
             path.history.reflected(scattered.pdf, reverse_pdf, cos_out)
         } else {
             match self.kept {

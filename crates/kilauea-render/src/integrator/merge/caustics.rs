@@ -4,7 +4,6 @@ use kilauea_bsdf::{BsdfEval, Mirror, SeenBsdf};
 use kilauea_math::hash::unit_f32;
 use kilauea_math::{Spectrum, Vec3};
 use kilauea_photon::{EyeSubpath, SurfaceQuery};
-use kilauea_scene::Visibility;
 use std::mem::take;
 
 use super::source::{Gathering, Lookup, PhotonSource};
@@ -73,12 +72,7 @@ impl<S> CausticMerge<'_, S> {
     fn merges_at<M>(&self, vertex: &Vertex<'_, M>, bsdf: &SeenBsdf) -> bool {
         vertex.depth <= self.max_depth
             && bsdf.has_rough_lobes(MIN_ROUGHNESS)
-            && !(self.has_masks && self.is_hidden_from_photons(vertex))
-    }
-
-    fn is_hidden_from_photons<M>(&self, vertex: &Vertex<'_, M>) -> bool {
-        let met_by = self.geometry.met_by(vertex.interaction.at);
-        met_by & Visibility::INDIRECT == Visibility::NONE
+            && !(self.has_masks && vertex.is_hidden_from_photons(self.geometry))
     }
 
     /// The way since a rough vertex, where one more specular surface is not too many for photons.
@@ -211,16 +205,11 @@ impl<S: PhotonSource> Merge for CausticMerge<'_, S> {
         distance: f32,
     ) -> Option<f32> {
         let BehindRough { subpath, pdf, .. } = eye.behind.filter(|b| b.n_specular > 0)?;
-        let Segment { departure, ray } = way?;
+        let way = way?;
         let light = emitted.light?;
-        let (connect_pdf, beside_connecting) = if departure.is_delta {
-            (0.0, 1.0)
-        } else {
-            let receiver = departure.receiver;
-            let connect_pdf = (self.emitter).connection_pdf(light, receiver, ray.dir, distance);
-            (connect_pdf, power_heuristic(pdf, emitted.pdf))
-        };
-        let d_light = self.d_light(subpath, light, ray.origin, ray.dir);
+        let connect_pdf = way.connect_pdf(self.emitter, light, distance);
+        let beside_connecting = way.weight_beside_connecting(pdf, emitted.pdf);
+        let d_light = self.d_light(subpath, light, way.ray.origin, way.ray.dir);
         let of_both = pdf / (pdf + connect_pdf);
         let merging = &self.gathering.merging;
         Some(merging.weight_of_eye(d_light * of_both) * beside_connecting)

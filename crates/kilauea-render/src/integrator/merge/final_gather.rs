@@ -11,7 +11,6 @@ use super::{Merge, Rest, SharedConnection};
 use crate::geometry::Geometry;
 use crate::integrator::guide::Knowledge;
 use crate::integrator::media::Media;
-use crate::integrator::path_sample::PathSample;
 use crate::integrator::question::{Answer, Question};
 use crate::integrator::roulette::survival_of;
 use crate::integrator::walk::{Path, Segment, Vertex};
@@ -171,11 +170,6 @@ impl<X: Merge> Merge for FinalGather<'_, X> {
             Some(light) => Some([light, Spectrum::BLACK]),
             None => X::take(&mut eye.eye),
         }
-    }
-
-    #[inline(always)]
-    fn show(&self, pixel: [i32; 2], sample_idx: u32, out: &mut PathSample) {
-        self.merge.show(pixel, sample_idx, out);
     }
 
     fn depart<M>(

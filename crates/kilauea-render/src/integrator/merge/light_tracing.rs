@@ -2,7 +2,7 @@
 
 use kilauea_bsdf::{BsdfEval, Mirror, SeenBsdf};
 use kilauea_math::{Spectrum, Vec3};
-use kilauea_scene::{CausticStrategy, Visibility};
+use kilauea_scene::CausticStrategy;
 use std::future::ready;
 
 use super::{Merge, SharedConnection};
@@ -131,7 +131,7 @@ impl LightTracing<'_> {
         let surface = &vertex.interaction.surface;
         let (wo, wi, ng) = (surface.wo, way.ray.dir, surface.ng);
         let crosses_medium = vertex.boundary.is_some() && wo.dot(ng) * wi.dot(ng) < 0.0;
-        let is_hidden = self.has_masks && self.is_hidden_from_photons(vertex);
+        let is_hidden = self.has_masks && vertex.is_hidden_from_photons(self.geometry);
         let is_seen = bsdf.has_rough_lobes(MIN_ROUGHNESS) && !crosses_medium && !is_hidden;
         (is_seen && !way.departure.is_delta).then(|| {
             self.shares.at_first(&SeenVertex {
@@ -142,11 +142,6 @@ impl LightTracing<'_> {
                 pdf: bsdf.eval(wi).pdf,
             })
         })
-    }
-
-    fn is_hidden_from_photons<M>(&self, vertex: &Vertex<'_, M>) -> bool {
-        let met_by = self.geometry.met_by(vertex.interaction.at);
-        met_by & Visibility::INDIRECT == Visibility::NONE
     }
 
     /// Share of a light that is left to paths; `p` and the unit vector `wi` toward it are of the ray that
@@ -237,21 +232,16 @@ impl Merge for LightTracing<'_> {
         distance: f32,
     ) -> Option<f32> {
         let (at_first, pdf) = (eye.at_first?, eye.peak_pdf?);
-        let Segment { departure, ray } = way?;
+        let way = way?;
         let light = emitted.light?;
-        let (connect_pdf, beside_connecting) = if departure.is_delta {
-            (0.0, 1.0)
-        } else {
-            let receiver = departure.receiver;
-            let connect_pdf = (self.emitter).connection_pdf(light, receiver, ray.dir, distance);
-            (connect_pdf, power_heuristic(departure.pdf, emitted.pdf))
-        };
+        let connect_pdf = way.connect_pdf(self.emitter, light, distance);
+        let beside_connecting = way.weight_beside_connecting(way.departure.pdf, emitted.pdf);
         let pdfs = LightPdfs {
             pdf,
             connect_pdf,
             is_delta: false,
         };
-        let weight = self.weight(at_first, light, ray.origin, ray.dir, pdfs);
+        let weight = self.weight(at_first, light, way.ray.origin, way.ray.dir, pdfs);
         Some(weight * beside_connecting)
     }
 
